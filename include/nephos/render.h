@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * From a scene to a film: options, plan, run, statistics, replay. */
+#ifndef NEPHOS_RENDER_H
+#define NEPHOS_RENDER_H
+
+#include "nephos/film.h"
+#include "nephos/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct NphRenderOptions {
+    const char *method;        /* "path" */
+    int64_t samples;           /* per pixel, rounded up to 16; 0: the scene's default */
+    int64_t sample_begin, sample_end; /* a range of samples instead, multiples of 16; both 0: not given */
+    double target_error;       /* relative standard error of the picture's mean; 0: none. Samples double until met, up to
+                                  `samples` when given, else 2^20 */
+    double time_budget_s;      /* 0: none */
+    int seed_given;
+    uint32_t seed;
+    int precision;             /* 32 (default) or 64 */
+    int crop_given;
+    int crop[4];               /* x0, y0, x1, y1 */
+    uint32_t frame;
+    int lock_noise;            /* leaves the frame out of the random numbers */
+    int plan_full;             /* leave nothing out */
+    int knob_count;
+    const char *const *knobs;  /* "path.roulette=0.1" */
+} NphRenderOptions;
+
+void nph_render_options_default(NphRenderOptions *options);
+
+typedef struct NphStageStatistics {
+    const char *name;      /* "path.track" */
+    const char *source;    /* where it comes from in the literature */
+    int64_t launches, items; /* items: lanes processed */
+    double seconds;        /* summed over threads */
+} NphStageStatistics;
+
+enum { NPH_MAX_STAGES = 32 };
+
+typedef struct NphRenderStatistics {
+    int64_t samples;          /* camera samples in all */
+    int64_t samples_per_pixel;
+    double seconds, cpu_seconds;
+    int64_t collisions, tentative; /* real ones; real and virtual, shadow rays included */
+    int64_t nonfinite, majorant_violations;
+    NphFilmNoise noise;
+    int reached;              /* target_error: 1 reached, 0 not */
+    int stage_count;
+    NphStageStatistics stages[NPH_MAX_STAGES];
+} NphRenderStatistics;
+
+/* Renders. *film holds what was done even with NPH_INTERRUPTED (then every tile has its own true number of samples) and
+ * NPH_BAD_NUMBER (for inspection); else it is untouched on failure. statistics may be NULL. */
+NphStatus nph_render(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphFilm **film,
+                     NphRenderStatistics *statistics);
+
+/* What a run would do. Text lines owned by the plan. */
+typedef struct NphPlanLine {
+    char kind[12];   /* "stage", "buffer", "left out", "warning", "memory" */
+    char *name;
+    char *text;      /* why, or the shape */
+    uint64_t bytes;  /* of a buffer or in all */
+} NphPlanLine;
+
+typedef struct NphPlan {
+    uint64_t bytes;      /* all memory the run takes, the scene's included */
+    int line_count;
+    NphPlanLine *lines;
+} NphPlan;
+
+NphStatus nph_plan_make(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphPlan *plan);
+void nph_plan_free(NphContext *context, NphPlan *plan);
+
+/* Follows one path event by event in scalar code and writes a line for each to `line`. */
+typedef void (*NphLineFn)(void *user, const char *text);
+NphStatus nph_replay(NphContext *context, const NphScene *scene, const NphRenderOptions *options, int x, int y,
+                     int64_t sample, NphLineFn line, void *user);
+
+/* Knobs of every method: for help, checks and sweeps. */
+typedef struct NphKnob {
+    const char *name, *unit, *meaning, *trades;
+    double value, min, max; /* value: the default */
+} NphKnob;
+int nph_knob_count(void);
+const NphKnob *nph_knob(int index);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * A density field as sparse bricks of 8^3 samples, each stored with one more layer on the upper sides (9^3), so that a
+ * trilinear lookup reads one brick. Positions are in LATTICE space: sample i stands at u = i, and the builder has put
+ * one layer of padding below and above, so that sample 0 and sample n-1 are padding (zero, or the edge's value when
+ * `outside` is clamp). The part of lattice space that is medium is the box [lo, hi]:
+ *     cell centring   [0.5, n - 1.5]   values belong to cells, the field fills whole cells
+ *     point centring  [1, n - 2]       values belong to points, the field ends at the outermost points
+ *     vdb             [0, n - 1]       point centring that falls to zero within one voxel outside the active box
+ * Storage is float in both precisions of the kernels. */
+#ifndef NPH_FIELD_GRID_H
+#define NPH_FIELD_GRID_H
+
+#include <stdint.h>
+
+#include "io/volume.h"
+
+enum { NPH_BRICK = 8, NPH_BRICK_EDGE = 9, NPH_BRICK_STRIDE = 736 }; /* 9^3 = 729, padded to a multiple of 16 */
+enum { NPH_MAJORANT_CELL = 4 };                                      /* edge of a majorant cell in samples */
+
+typedef enum NphCentring { NPH_CENTRING_CELL, NPH_CENTRING_POINT, NPH_CENTRING_VDB } NphCentring;
+typedef enum NphOutside { NPH_OUTSIDE_ZERO, NPH_OUTSIDE_CLAMP } NphOutside;
+typedef enum NphLookup { NPH_LOOKUP_NEAREST, NPH_LOOKUP_TRILINEAR } NphLookup;
+
+/* Upper bounds of the density over cells of NPH_MAJORANT_CELL^3 of lattice space: cell c covers u in
+ * [4 c, 4 (c + 1)] per axis, both ends included, so the bound holds for either lookup on the cell's faces too. An
+ * empty cell (bound 0) holds minus the number k of cells that may be skipped: all cells within Chebyshev distance
+ * k - 1 of it are empty (cells beyond the grid count as empty); k >= 1. */
+typedef struct NphMajorant {
+    int32_t n[3];   /* cells per axis */
+    float *cells;   /* [z][y][x] */
+} NphMajorant;
+
+typedef struct NphGrid {
+    int32_t n[3];           /* samples per axis, padding included; >= 3 */
+    int32_t bricks[3];      /* ceil(n / 8) */
+    int32_t *brick_index;   /* [bz][by][bx]: number of the brick; 0 is the brick of zeros */
+    int64_t brick_count;    /* at least 1; equal constant bricks are shared */
+    float *values;          /* brick_count * NPH_BRICK_STRIDE; within a brick z * 81 + y * 9 + x */
+    double lo[3], hi[3];    /* the medium's box in lattice space */
+    double world_from_lattice[12]; /* row-major 3x4, before any transform of the scene */
+    NphLookup lookup;
+    float min, max;         /* of the stored samples without padding */
+    double sum;             /* over samples without padding, compensated */
+    int64_t active;         /* samples different from zero */
+    NphMajorant majorant;
+} NphGrid;
+
+/* All builders validate: NaN, infinite or negative samples are refused with NPH_BAD_INPUT, naming the voxel's index as
+ * in the file. `what` names the source in messages. */
+
+/* From leaves and tiles; never densified. Centring is NPH_CENTRING_VDB unless given. */
+NphStatus nph_grid_from_volume(NphContext *context, const NphVolume *volume, NphCentring centring, NphLookup lookup,
+                               const char *what, NphGrid *grid);
+
+/* From a dense f32/f64/f16/integer array [z][y][x]; the box [lo, hi] in world units is what the cells fill (cell) or
+ * what the outermost points span (point; an axis of one sample is refused). */
+NphStatus nph_grid_from_array(NphContext *context, const NphArray *array, const double lo[3], const double hi[3],
+                              NphCentring centring, NphOutside outside, NphLookup lookup, const char *what,
+                              NphGrid *grid);
+
+void nph_grid_free(NphContext *context, NphGrid *grid);
+
+/* Bytes the grid holds. */
+uint64_t nph_grid_bytes(const NphGrid *grid);
+
+/* Mean optical depth through the box along each axis for extinction = density (per lattice unit times world unit), the
+ * largest over all rows of samples, and the integral; for `nephos info`. */
+typedef struct NphGridStatistics {
+    double mean, mean_active;
+    double axis_depth_mean[3], axis_depth_max[3]; /* integral of density along lattice lines, world units */
+} NphGridStatistics;
+NphStatus nph_grid_statistics(NphContext *context, const NphGrid *grid, NphGridStatistics *statistics);
+
+#endif

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The film: per pixel f64 moments of what the samples carry, summed in a dyadic tree over chunks of 16 samples, so
+ * that any split into tiles, sample ranges or passes folds to the same bytes.
+ *
+ * A NODE is the moments of an aligned dyadic range of samples: level l, index i covers samples
+ * [16 i 2^l, 16 (i + 1) 2^l). Level 0 is a chunk: 16 samples added one after the other. A node of level l + 1 is
+ * merge(left, right) of its halves (Chan, Pebay: count, mean, central moments 2 to 4). A range [a, b) is kept as its
+ * maximal aligned nodes; the picture of it is their fold from the right, which equals the full tree with its empty
+ * branches left out. Images are cut into tiles of 16 x 16 pixels aligned to the uncropped image. */
+#ifndef NPH_FILM_FILM_H
+#define NPH_FILM_FILM_H
+
+#include <stdint.h>
+
+#include "nephos/film.h"
+
+enum { NPH_CHUNK = 16, NPH_TILE = 16, NPH_TILE_PIXELS = 256 };
+
+/* What one sample carries. The sample buffer of a tile and chunk is [field][pixel][sample in chunk], pixel = row-major
+ * position within the 16 x 16 tile (pixels outside the crop are ignored), as float or double. */
+typedef enum NphSampleField {
+    NPH_SAMPLE_L0, NPH_SAMPLE_L1, NPH_SAMPLE_L2,  /* radiance per channel (W/m2/sr; irradiance for a flux sensor) */
+    NPH_SAMPLE_T0, NPH_SAMPLE_T1, NPH_SAMPLE_T2,  /* estimate of the camera ray's transmittance per channel */
+    NPH_SAMPLE_ORDER,                             /* sum over contributions of luminance times scattering order */
+    NPH_SAMPLE_DISTANCE,                          /* distance of the first collision, m; 0 when there is none */
+    NPH_SAMPLE_COLLIDED,                          /* 1 when there is one, else 0 */
+    NPH_SAMPLE_FIELDS
+} NphSampleField;
+
+/* crop is {x0, y0, x1, y1}; channels 1 (everything grey: L1, L2, T1, T2 are not read and R = G = B) or 3.
+ * Room for the nodes of [sample_begin, sample_end), multiples of 16, is allocated here and not later. */
+NphStatus nph_film_new(NphContext *context, int width, int height, const int crop[4], int channels,
+                       int64_t sample_begin, int64_t sample_end, NphFilm **film);
+
+int64_t nph_film_tile_count(const NphFilm *film);
+/* Pixels of a tile: x0, y0 of the whole tile (multiples of 16), and the part inside the crop {x0, y0, x1, y1}. */
+void nph_film_tile_rect(const NphFilm *film, int64_t tile, int origin[2], int inside[4]);
+
+/* Scratch that one worker needs for add_chunk, and bytes a film of these arguments will allocate (for plans). */
+size_t nph_film_scratch_bytes(int channels);
+uint64_t nph_film_forecast_bytes(int width, int height, const int crop[4], int channels, int64_t begin, int64_t end);
+
+/* Adds the samples of chunk number `chunk` (samples [16 chunk, 16 chunk + 16)) to a tile; chunks of one tile come in
+ * rising order without gaps from sample_begin / 16. Different tiles may be added to from different threads.
+ * samples: float for precision 32, double for 64. Samples that are not finite are counted and left out of no sum:
+ * nph_film_nonfinite then says how many, and the first pixel and sample. */
+void nph_film_add_chunk(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, void *scratch);
+
+/* Samples of a tile so far. */
+int64_t nph_film_tile_samples(const NphFilm *film, int64_t tile);
+
+typedef struct NphNonfinite {
+    int64_t count;
+    int x, y;
+    int64_t sample;
+} NphNonfinite;
+void nph_film_nonfinite(const NphFilm *film, NphNonfinite *report);
+
+#endif

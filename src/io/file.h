@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Whole files: reading with a size check, and writing through a temporary name in the same folder that is synced and
+ * renamed, so that a reader never sees half a file and a full disk leaves the old one. */
+#ifndef NPH_IO_FILE_H
+#define NPH_IO_FILE_H
+
+#include <stddef.h>
+#include <stdio.h>
+
+#include "nephos/context.h"
+
+/* Reads a regular file whole; *bytes is NUL-terminated beyond *size, freed with nph_free. NPH_BAD_INPUT with the path
+ * and the system's reason. */
+NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size);
+
+typedef struct NphWriter {
+    char *path, *temporary;
+    FILE *stream;
+} NphWriter;
+
+/* Opens PATH.XXXXXX.tmp beside the target. */
+NphStatus nph_writer_open(NphContext *context, const char *path, NphWriter *writer);
+/* Flushes, syncs, renames; on any failure the temporary is removed and NPH_BAD_OUTPUT reported. */
+NphStatus nph_writer_commit(NphContext *context, NphWriter *writer);
+/* Removes the temporary; safe after commit. */
+void nph_writer_abandon(NphContext *context, NphWriter *writer);
+
+#endif

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * A sparse scalar volume as its file holds it: 8^3 leaves and constant tiles on an integer lattice, never densified.
+ * Made by the readers of .nvdb (and .vdb), turned into bricks by field/. */
+#ifndef NPH_IO_VOLUME_H
+#define NPH_IO_VOLUME_H
+
+#include <stdint.h>
+
+#include "nephos/array.h"
+
+enum { NPH_LEAF_SIZE = 8, NPH_LEAF_VOXELS = 512 };
+
+typedef struct NphLeaf {
+    int32_t origin[3];            /* multiple of 8 */
+    uint64_t active[8];           /* bit (x << 6 | y << 3 | z) as in OpenVDB: word x, bit y * 8 + z */
+    float values[NPH_LEAF_VOXELS]; /* index x * 64 + y * 8 + z; inactive voxels hold what the file holds */
+} NphLeaf;
+
+typedef struct NphTile {
+    int32_t origin[3];
+    int32_t size;    /* edge in voxels: 8, 128 or 4096 */
+    float value;
+    int32_t active;  /* inactive tiles that differ from the background are kept too */
+} NphTile;
+
+typedef struct NphVolume {
+    char name[64];
+    char type[16];                       /* as the file says: "float", "half", "Fp8", "FpN", ... */
+    char grid_class[16];                 /* "fog volume", "level set", "unknown", ... */
+    float background;
+    int32_t bbox_min[3], bbox_max[3];    /* active lattice points, inclusive; min > max when empty */
+    uint64_t active_voxels;              /* tiles counted in full */
+    double world_from_index[12];         /* row-major 3x4: position of lattice point (i, j, k) */
+    int64_t leaf_count, tile_count;
+    NphLeaf *leaves;                     /* sorted by origin x, y, z */
+    NphTile *tiles;                      /* sorted likewise */
+} NphVolume;
+
+void nph_volume_free(NphContext *context, NphVolume *volume);
+
+/* Value and activity at a lattice point, by search; for tests and tools. */
+float nph_volume_value(const NphVolume *volume, const int32_t ijk[3], int *active);
+
+/* NanoVDB. Codecs none, zip, blosc; float, half (Fp16), Fp4, Fp8, FpN grids. grid_name NULL: the only grid, else
+ * "density"; a name that is not there is refused with the list of those that are. */
+NphStatus nph_nvdb_read(NphContext *context, const char *path, const char *grid_name, NphVolume *volume);
+
+/* What a .nvdb file holds, grid by grid, without decoding voxels. */
+typedef struct NphGridInfo {
+    char name[64], type[16], grid_class[16], codec[8];
+    int readable; /* a scalar type this library decodes */
+    int32_t bbox_min[3], bbox_max[3];
+    uint64_t active_voxels, file_bytes, grid_bytes;
+    double voxel_size[3];
+} NphGridInfo;
+NphStatus nph_nvdb_list(NphContext *context, const char *path, NphGridInfo **grids, int *count); /* free with nph_free */
+
+/* .npy (format 1.0 to 3.0, little or big endian, C or Fortran order, which is made C order). */
+NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);
+NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *array);
+
+/* LES text (water content and effective radius on lattice points), both layouts of the field: comma separated with a
+ * column line, and SHDOM's blank separated one. Knows no physics. */
+typedef struct NphLes {
+    NphArray lwc_g_per_m3;  /* f32 [nz][ny][nx] */
+    NphArray reff_um;       /* f32 [nz][ny][nx]; 0 where absent */
+    double spacing_m[2];    /* dx, dy */
+    NphArray height_m;      /* f64 [nz]: altitudes of the levels, strictly rising */
+} NphLes;
+NphStatus nph_les_read(NphContext *context, const char *path, NphLes *les);
+void nph_les_free(NphContext *context, NphLes *les);
+
+/* 8-bit sRGB PNG: rgb is height * width * 3 bytes from the top row. Atomic like every writer. */
+NphStatus nph_png_write(NphContext *context, const char *path, int width, int height, const uint8_t *rgb);
+
+#endif

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * What a scene is once it is read and checked. World space: metres, f64, right-handed, z up by default. Immutable. */
+#ifndef NPH_SCENE_MODEL_H
+#define NPH_SCENE_MODEL_H
+
+#include "field/grid.h"
+#include "light/light.h"
+#include "nephos/scene.h"
+#include "optics/phase.h"
+
+enum { NPH_MAX_MEDIA = 64, NPH_MAX_LIGHTS = 32 };
+
+typedef enum NphSensorKind { NPH_SENSOR_PERSPECTIVE, NPH_SENSOR_ORTHOGRAPHIC, NPH_SENSOR_FLUX } NphSensorKind;
+
+/* Pixel (x, y) covers s in [2x/W - 1, 2(x+1)/W - 1], t in [1 - 2(y+1)/H, 1 - 2y/H]: t rises upwards.
+ * perspective: from position along forward + s half_size[0] right + t half_size[1] up (half_size: tangents).
+ * orthographic: from position + s half_size[0] right + t half_size[1] up along forward (half_size: metres).
+ * flux: the same points of a rectangle; the pixel is the irradiance [W/m2] that arrives there from the hemisphere
+ * around forward, the delta sun's direct beam included. */
+typedef struct NphSensor {
+    NphSensorKind kind;
+    int width, height;
+    int crop[4];                                     /* x0, y0, x1, y1; whole image unless cropped */
+    double position[3], right[3], up[3], forward[3]; /* right, up, forward: orthonormal */
+    double half_size[2];
+} NphSensor;
+
+typedef enum NphShape {
+    NPH_SHAPE_GRID,  /* density from a file: the grid's box in lattice space */
+    NPH_SHAPE_BOX,   /* constant density 1 in the box [lo, hi] of the medium's space */
+    NPH_SHAPE_LAYER  /* constant density 1 for z in [lo[2], hi[2]], without end in x and y */
+} NphShape;
+
+typedef struct NphMedium {
+    char *name;
+    NphShape shape;
+    NphGrid grid;
+    double lo[3], hi[3];          /* of box and layer; +-HUGE_VAL where the layer has no end */
+    double world_from_medium[12]; /* row-major 3x4; medium space is lattice space for a grid */
+    double extinction_per_m[3];   /* per unit of density */
+    double albedo[3];             /* in [0, 1] */
+    NphPhase phase;
+} NphMedium;
+
+struct NphScene {
+    char *name;                         /* file name without folder */
+    NphSensor sensor;
+    int medium_count, light_count;
+    NphMedium media[NPH_MAX_MEDIA];
+    NphLight lights[NPH_MAX_LIGHTS];
+    int64_t default_spp;                /* render: section; overridden by the command line */
+    uint32_t default_seed;
+    uint8_t digest[16];                 /* XXH128 of everything above that can change a picture, file contents included,
+                                           paths, comments and defaults written out or not making no difference */
+};
+
+/* Bounding box in world space of all media that have one (a layer counts in z only); lo > hi when there is none. */
+void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]);
+
+/* A 3x4 row-major affine map: out = a after b; inverse (NPH_BAD_SCENE when singular is checked at parsing). */
+void nph_affine_multiply(const double a[12], const double b[12], double out[12]);
+int nph_affine_invert(const double a[12], double out[12]);
+
+#endif

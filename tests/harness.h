@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * What every test program shares: one Check suite a program, run by nph_test_main. */
+#ifndef NPH_TESTS_HARNESS_H
+#define NPH_TESTS_HARNESS_H
+
+#include <check.h>
+
+#include "nephos/context.h"
+
+/* Runs the suite; with NEPHOS_TEST_LOGS=DIR writes DIR/NAME.xml (Check's log with seconds per case). Returns the exit status. */
+int nph_test_main(const char *name, void (*fill)(TCase *));
+
+/* A context that records messages. threads 0: all. */
+NphContext *nph_test_context(int threads);
+void nph_test_context_close(NphContext *context); /* fails the case when memory is still allocated */
+/* All messages since the last call, one per line; static buffer. */
+const char *nph_test_messages(void);
+
+/* Path below the source root (reference/data/...); static buffers, eight in rotation. */
+const char *nph_test_path(const char *relative);
+
+/* A path in a fresh temporary folder of this process, removed at exit. */
+const char *nph_test_temporary(const char *name);
+
+/* Names a case that did not run and why; the runner counts it as skipped, not passed. */
+void nph_test_skip(const char *why);
+
+#endif
