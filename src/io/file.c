@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Whole files in, whole files out. The writer works on a temporary name beside its target: write, flush, fsync, close,
+ * rename, fsync of the folder. Every one of these calls can report a full disk, so every one is checked; on failure the
+ * temporary is removed and the target is as it was. */
+#define _XOPEN_SOURCE 700 /* realpath */
+#include "io/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/memory.h"
+#include "core/message.h"
+
+enum { REASON_BYTES = 128, NAME_ATTEMPTS = 1000 };
+
+/* "PATH: DOING: the system's reason" */
+static NphStatus fail(NphContext *context, NphStatus status, const char *path, const char *doing, int error) {
+    char reason[REASON_BYTES];
+    if (strerror_r(error, reason, sizeof reason) != 0) snprintf(reason, sizeof reason, "system error %d", error);
+    return nph_error(context, status, "%s: %s: %s", path, doing, reason);
+}
+
+static NphStatus read_descriptor(NphContext *context, const char *path, int descriptor, char **bytes, size_t *size) {
+    struct stat facts;
+    if (fstat(descriptor, &facts) != 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
+    if (S_ISDIR(facts.st_mode)) return nph_error(context, NPH_BAD_INPUT, "%s: is a folder; a file is needed", path);
+    if (!S_ISREG(facts.st_mode))
+        return nph_error(context, NPH_BAD_INPUT,
+                         "%s: is not a regular file (but a pipe, device or socket); copy it to a file first", path);
+    size_t expected = (size_t)facts.st_size, done = 0;
+    char *buffer = NULL;
+    NPH_TRY(nph_alloc(context, expected + 1, 1, path, (void **)&buffer));
+    while (done < expected) {
+        ssize_t got = read(descriptor, buffer + done, expected - done);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0) {
+            int error = errno;
+            nph_free(context, buffer);
+            if (got < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", error);
+            return nph_error(context, NPH_BAD_INPUT, "%s: became shorter while it was read (%zu of %zu bytes)", path,
+                             done, expected);
+        }
+        done += (size_t)got;
+    }
+    *bytes = buffer;
+    *size = expected;
+    return NPH_OK;
+}
+
+NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size) {
+    int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK); /* a pipe must not block the open */
+    if (descriptor < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
+    NphStatus status = read_descriptor(context, path, descriptor, bytes, size);
+    close(descriptor);
+    return status;
+}
+
+/* The file that a symbolic link stands for, so that the link stays; refuses what a rename would destroy (/dev/null). */
+static NphStatus resolve_target(NphContext *context, const char *path, char **resolved) {
+    struct stat facts;
+    char followed[PATH_MAX];
+    if (lstat(path, &facts) != 0) {
+        if (errno == ENOENT) return nph_strdup(context, path, resolved); /* open says what is missing, if anything */
+        return fail(context, NPH_BAD_OUTPUT, path, "cannot write", errno);
+    }
+    if (S_ISLNK(facts.st_mode)) {
+        if (!realpath(path, followed) || stat(followed, &facts) != 0)
+            return fail(context, NPH_BAD_OUTPUT, path, "cannot write through this symbolic link", errno);
+        path = followed;
+    }
+    if (S_ISDIR(facts.st_mode)) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot write: is a folder", path);
+    if (!S_ISREG(facts.st_mode))
+        return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot write: is not a regular file (but a pipe, device or socket)",
+                         path);
+    return nph_strdup(context, path, resolved);
+}
+
+/* Six letters from the process id and the attempt; O_EXCL decides, so they need not be unguessable. */
+static void name_temporary(const char *path, size_t bytes, unsigned attempt, char *name) {
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyz234567";
+    char random[7] = "";
+    uint32_t word = ((uint32_t)getpid() * 1000u + attempt) * 2654435761u;
+    for (int i = 0; i < 6; i++) random[i] = letters[word >> (5 * i) & 31];
+    snprintf(name, bytes, "%s.%s.tmp", path, random);
+}
+
+static NphStatus open_temporary(NphContext *context, NphWriter *writer) {
+    size_t bytes = strlen(writer->path) + sizeof ".XXXXXX.tmp";
+    NPH_TRY(NPH_NEW(context, bytes, "file name", &writer->temporary));
+    int descriptor = -1;
+    for (unsigned attempt = 0; attempt < NAME_ATTEMPTS; attempt++) {
+        name_temporary(writer->path, bytes, attempt, writer->temporary);
+        descriptor = open(writer->temporary, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor >= 0 || errno != EEXIST) break;
+    }
+    if (descriptor < 0) return fail(context, NPH_BAD_OUTPUT, writer->path, "cannot write a file in its folder", errno);
+    writer->stream = fdopen(descriptor, "w+b");
+    if (writer->stream) return NPH_OK;
+    int error = errno;
+    close(descriptor);
+    unlink(writer->temporary);
+    return fail(context, NPH_BAD_OUTPUT, writer->path, "cannot write", error);
+}
+
+static void forget(NphContext *context, NphWriter *writer) {
+    nph_free(context, writer->path);
+    nph_free(context, writer->temporary);
+    memset(writer, 0, sizeof *writer);
+}
+
+NphStatus nph_writer_open(NphContext *context, const char *path, NphWriter *writer) {
+    NphWriter made = {0};
+    NPH_TRY(resolve_target(context, path, &made.path));
+    NphStatus status = open_temporary(context, &made);
+    if (status != NPH_OK) {
+        forget(context, &made);
+        return status;
+    }
+    *writer = made;
+    return NPH_OK;
+}
+
+/* stdio keeps the fact, not the reason, of an earlier failed write: two more writes to the doomed file show it (the
+ * first may just fill the last page). */
+static int reason_of_failed_write(FILE *stream) {
+    static const char zeros[8192];
+    int descriptor = fileno(stream);
+    if (lseek(descriptor, 0, SEEK_END) < 0) return errno;
+    for (int i = 0; i < 2; i++)
+        if (write(descriptor, zeros, sizeof zeros) < 0) return errno;
+    return EIO;
+}
+
+/* Everything before the rename; 0 or the error number. */
+static int finish_stream(FILE *stream) {
+    int error = 0;
+    if (ferror(stream)) error = reason_of_failed_write(stream);
+    if (fflush(stream) != 0 && !error) error = errno;
+    if (!error && ferror(stream)) error = reason_of_failed_write(stream);
+    if (!error && fsync(fileno(stream)) != 0) error = errno;
+    if (fclose(stream) != 0 && !error) error = errno;
+    return error;
+}
+
+/* Makes the rename last; folders that cannot be opened or synced (rights, some network file systems) are let be. */
+static int sync_folder(const char *path, char *scratch) {
+    const char *slash = strrchr(path, '/');
+    size_t length = slash == path ? 1 : slash ? (size_t)(slash - path) : 1;
+    memcpy(scratch, slash ? path : ".", length);
+    scratch[length] = 0;
+    int descriptor = open(scratch, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return 0;
+    int error = fsync(descriptor) != 0 && errno != EINVAL ? errno : 0;
+    close(descriptor);
+    return error;
+}
+
+NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) {
+    const char *doing = "cannot write";
+    int error = finish_stream(writer->stream);
+    writer->stream = NULL;
+    if (!error && rename(writer->temporary, writer->path) != 0) {
+        error = errno;
+        doing = "cannot rename the written file to it";
+    }
+    NphStatus status = NPH_OK;
+    if (error) {
+        unlink(writer->temporary);
+        status = fail(context, NPH_BAD_OUTPUT, writer->path, doing, error);
+    } else if ((error = sync_folder(writer->path, writer->temporary)) != 0) {
+        status = fail(context, NPH_BAD_OUTPUT, writer->path, "written, but its folder cannot be synced", error);
+    }
+    forget(context, writer);
+    return status;
+}
+
+void nph_writer_abandon(NphContext *context, NphWriter *writer) {
+    if (writer->stream) fclose(writer->stream);
+    if (writer->temporary) unlink(writer->temporary);
+    forget(context, writer);
+}
