@@ -53,6 +53,7 @@ uint64_t nph_context_bytes(const NphContext *context);      /* allocated now */
 uint64_t nph_context_peak_bytes(const NphContext *context); /* most allocated at once */
 uint64_t nph_context_allocations(const NphContext *context); /* calls so far, for fail_allocation */
 const char *nph_isa_name(NphIsa isa);
+const char *nph_version(void);  /* of the library, "0.1.0" */
 
 /* Asks the running task to stop between two blocks; async-signal-safe. nph_resume clears the request. */
 void nph_interrupt(NphContext *context);

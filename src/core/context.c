@@ -45,6 +45,7 @@ void nph_context_close(NphContext *context) {
     free(context);
 }
 
+const char *nph_version(void) { return NPH_VERSION; }
 NphIsa nph_context_isa(const NphContext *context) { return context->isa; }
 uint64_t nph_context_bytes(const NphContext *context) { return context->bytes; }
 uint64_t nph_context_peak_bytes(const NphContext *context) { return context->peak_bytes; }

@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
+#
+# Completion for bash: commands, the options that `nephos COMMAND --help` lists, and files.
+_nephos()
+{
+    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} program=${COMP_WORDS[0]}
+    COMPREPLY=()
+    if [ "$COMP_CWORD" -eq 1 ]; then
+        mapfile -t COMPREPLY < <(compgen -W "$("$program" --help 2>/dev/null |
+            sed -n 's/^  \([a-z]\{3,9\}\)  .*/\1/p') --help --version" -- "$word")
+        return
+    fi
+    case "$before" in
+    --precision) mapfile -t COMPREPLY < <(compgen -W "f32 f64" -- "$word"); return ;;
+    --plan) mapfile -t COMPREPLY < <(compgen -W "full" -- "$word"); return ;;
+    --method) mapfile -t COMPREPLY < <(compgen -W "path" -- "$word"); return ;;
+    esac
+    case "$word" in
+    -*)
+        mapfile -t COMPREPLY < <(compgen -W "$("$program" "${COMP_WORDS[1]}" --help 2>/dev/null |
+            sed -n 's/^  .., *\(--[a-z-]*\).*/\1/p; s/^ *\(--[a-z-]*\).*/\1/p')" -- "$word")
+        ;;
+    *) mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
+    esac
+}
+complete -o filenames -F _nephos nephos
