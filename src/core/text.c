@@ -108,3 +108,13 @@ const char *nph_format_double(double value, char text[NPH_DOUBLE_TEXT]) {
     if (neutral) leave_neutral(&state);
     return text;
 }
+
+const char *nph_format_rounded(double value, int digits, char text[NPH_DOUBLE_TEXT]) {
+    Neutral state;
+    if (value != value) return strcpy(text, "nan");
+    if (value == HUGE_VAL || value == -HUGE_VAL) return strcpy(text, value > 0 ? "inf" : "-inf");
+    int neutral = enter_neutral(&state);
+    snprintf(text, NPH_DOUBLE_TEXT, "%.*g", digits, value);
+    if (neutral) leave_neutral(&state);
+    return text;
+}

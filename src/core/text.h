@@ -31,4 +31,7 @@ int nph_is_decimal(const char *begin, const char *end);
 /* The shortest of %.15g, %.16g, %.17g that reads back as the same double; "nan", "inf", "-inf" otherwise. Returns text. */
 const char *nph_format_double(double value, char text[NPH_DOUBLE_TEXT]);
 
+/* The value rounded to 1 to 17 significant digits (%.*g): for messages. Returns text. */
+const char *nph_format_rounded(double value, int digits, char text[NPH_DOUBLE_TEXT]);
+
 #endif

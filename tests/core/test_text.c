@@ -106,6 +106,15 @@ START_TEST(rounding_mode_of_the_caller_changes_nothing_and_stays) {
 }
 END_TEST
 
+START_TEST(rounded_numbers_have_the_digits_asked_for) {
+    char text[NPH_DOUBLE_TEXT];
+    ck_assert_str_eq(nph_format_rounded(0.00299999, 3, text), "0.003");
+    ck_assert_str_eq(nph_format_rounded(-1234567.0, 2, text), "-1.2e+06");
+    ck_assert_str_eq(nph_format_rounded(1.0 / 3.0, 17, text), "0.33333333333333331");
+    ck_assert_str_eq(nph_format_rounded(HUGE_VAL, 3, text), "inf");
+}
+END_TEST
+
 /* Makes a German locale in the test's folder where the system can; its decimal point is a comma. */
 START_TEST(a_locale_with_a_decimal_comma_changes_nothing) {
     char command[1400];
@@ -124,6 +133,7 @@ START_TEST(a_locale_with_a_decimal_comma_changes_nothing) {
     ck_assert_double_eq(value, 1.5);
     ck_assert(!nph_parse_double("1,5", &value));
     ck_assert_str_eq(localeconv()->decimal_point, ",");
+    ck_assert_str_eq(nph_format_rounded(3.14159, 3, text), "3.14");
     snprintf(command, sizeof command, "rm -r '%s'", nph_test_temporary("de_DE.UTF-8"));
     ck_assert_int_eq(system(command), 0);
 }
@@ -135,6 +145,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_range_ends_where_it_says_even_within_digits);
     tcase_add_test(cases, every_double_survives_being_written_and_read);
     tcase_add_test(cases, rounding_mode_of_the_caller_changes_nothing_and_stays);
+    tcase_add_test(cases, rounded_numbers_have_the_digits_asked_for);
     tcase_add_test(cases, a_locale_with_a_decimal_comma_changes_nothing);
 }
 
