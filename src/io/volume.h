@@ -42,6 +42,15 @@ void nph_volume_free(NphContext *context, NphVolume *volume);
 /* Value and activity at a lattice point, by search; for tests and tools. */
 float nph_volume_value(const NphVolume *volume, const int32_t ijk[3], int *active);
 
+/* Over the active voxels, tiles counted in full; an empty volume gives zeros. The sum is compensated and taken in the
+ * order leaves, tiles, so it is the same everywhere. */
+typedef struct NphVolumeStatistics {
+    float min, max;      /* of the finite values */
+    double mean, sum;    /* of the finite values */
+    uint64_t not_finite; /* NaN and infinite values; left out above */
+} NphVolumeStatistics;
+void nph_volume_statistics(const NphVolume *volume, NphVolumeStatistics *statistics);
+
 /* NanoVDB. Codecs none, zip, blosc; float, half (Fp16), Fp4, Fp8, FpN grids. grid_name NULL: the only grid, else
  * "density"; a name that is not there is refused with the list of those that are. */
 NphStatus nph_nvdb_read(NphContext *context, const char *path, const char *grid_name, NphVolume *volume);
