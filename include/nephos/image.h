@@ -27,8 +27,8 @@ typedef struct NphAttribute {
 } NphAttribute;
 
 typedef struct NphImage {
-    int x0, y0, width, height;        /* data window: its upper left pixel and its size */
-    int full_width, full_height;      /* display window, which begins at (0, 0) */
+    int x0, y0, width, height;        /* data window: its upper left pixel, relative to the display window, and its size */
+    int full_width, full_height;      /* display window, which begins at (0, 0); a file's other origin is taken off */
     int channel_count;
     NphChannel *channels;             /* sorted as in the file, or as added */
     int attribute_count;

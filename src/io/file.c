@@ -27,38 +27,65 @@ static NphStatus fail(NphContext *context, NphStatus status, const char *path, c
     return nph_error(context, status, "%s: %s: %s", path, doing, reason);
 }
 
-static NphStatus read_descriptor(NphContext *context, const char *path, int descriptor, char **bytes, size_t *size) {
+/* Opens what can be read whole; *descriptor is the caller's to close. */
+static NphStatus open_regular(NphContext *context, const char *path, int *descriptor, size_t *size) {
+    int opened = open(path, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK); /* a pipe must not block the open */
+    if (opened < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
     struct stat facts;
-    if (fstat(descriptor, &facts) != 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
-    if (S_ISDIR(facts.st_mode)) return nph_error(context, NPH_BAD_INPUT, "%s: is a folder; a file is needed", path);
-    if (!S_ISREG(facts.st_mode))
-        return nph_error(context, NPH_BAD_INPUT,
-                         "%s: is not a regular file (but a pipe, device or socket); copy it to a file first", path);
-    size_t expected = (size_t)facts.st_size, done = 0;
-    char *buffer = NULL;
-    NPH_TRY(nph_alloc(context, expected + 1, 1, path, (void **)&buffer));
-    while (done < expected) {
-        ssize_t got = read(descriptor, buffer + done, expected - done);
+    NphStatus status = NPH_OK;
+    if (fstat(opened, &facts) != 0) status = fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
+    else if (S_ISDIR(facts.st_mode)) status = nph_error(context, NPH_BAD_INPUT, "%s: is a folder; a file is needed", path);
+    else if (!S_ISREG(facts.st_mode))
+        status = nph_error(context, NPH_BAD_INPUT,
+                           "%s: is not a regular file (but a pipe, device or socket); copy it to a file first", path);
+    if (status != NPH_OK) {
+        close(opened);
+        return status;
+    }
+    *descriptor = opened;
+    *size = (size_t)facts.st_size;
+    return NPH_OK;
+}
+
+static NphStatus read_all(NphContext *context, const char *path, int descriptor, char *bytes, size_t size) {
+    size_t done = 0;
+    while (done < size) {
+        ssize_t got = read(descriptor, bytes + done, size - done);
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) {
-            int error = errno;
-            nph_free(context, buffer);
-            if (got < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", error);
+        if (got < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
+        if (got == 0)
             return nph_error(context, NPH_BAD_INPUT, "%s: became shorter while it was read (%zu of %zu bytes)", path,
-                             done, expected);
-        }
+                             done, size);
         done += (size_t)got;
+    }
+    return NPH_OK;
+}
+
+NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size) {
+    int descriptor = -1;
+    size_t expected = 0;
+    char *buffer = NULL;
+    NPH_TRY(open_regular(context, path, &descriptor, &expected));
+    NphStatus status = nph_alloc(context, expected + 1, 1, path, (void **)&buffer);
+    if (status == NPH_OK) status = read_all(context, path, descriptor, buffer, expected);
+    close(descriptor);
+    if (status != NPH_OK) {
+        nph_free(context, buffer);
+        return status;
     }
     *bytes = buffer;
     *size = expected;
     return NPH_OK;
 }
 
-NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size) {
-    int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK); /* a pipe must not block the open */
-    if (descriptor < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
-    NphStatus status = read_descriptor(context, path, descriptor, bytes, size);
+NphStatus nph_file_read_start(NphContext *context, const char *path, char *bytes, size_t room, size_t *size) {
+    int descriptor = -1;
+    size_t expected = 0;
+    NPH_TRY(open_regular(context, path, &descriptor, &expected));
+    if (expected > room) expected = room;
+    NphStatus status = read_all(context, path, descriptor, bytes, expected);
     close(descriptor);
+    if (status == NPH_OK) *size = expected;
     return status;
 }
 

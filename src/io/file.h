@@ -14,6 +14,9 @@
  * and the system's reason. */
 NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size);
 
+/* The first bytes alone, at most `room`; the same refusals. */
+NphStatus nph_file_read_start(NphContext *context, const char *path, char *bytes, size_t room, size_t *size);
+
 typedef struct NphWriter {
     char *path, *temporary;
     FILE *stream;
