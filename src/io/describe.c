@@ -55,12 +55,11 @@ static int is_text(const char *bytes, size_t size) {
     return 1;
 }
 
-/* Past blank lines and comments; *comments counts these. */
-static const char *skip_comments(const char *at, const char *end, int *comments) {
+/* Past blank lines and comments. */
+static const char *skip_comments(const char *at, const char *end) {
     while (at < end) {
         while (at < end && (is_blank(*at) || *at == '\n' || *at == '\r')) at++;
         if (at == end || *at != '#') break;
-        ++*comments;
         while (at < end && *at != '\n') at++;
     }
     return at;
@@ -95,13 +94,12 @@ static int begins(const char *at, const char *end, const char *word) {
 }
 
 static NphFileKind kind_of_text(const char *at, const char *end) {
-    int comments = 0;
     if (begins(at, end, "\xef\xbb\xbf")) at += 3;
-    at = skip_comments(at, end, &comments);
-    if (comments && is_three_sizes(at, end)) return NPH_FILE_LES;
+    at = skip_comments(at, end);
+    if (is_three_sizes(at, end)) return NPH_FILE_LES;
     while (begins(at, end, "%YAML") || begins(at, end, "---")) {
         while (at < end && *at != '\n') at++;
-        at = skip_comments(at, end, &comments);
+        at = skip_comments(at, end);
     }
     return is_mapping(at, end) ? NPH_FILE_SCENE : NPH_FILE_UNKNOWN;
 }

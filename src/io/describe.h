@@ -19,7 +19,7 @@ typedef enum NphFileKind {
     NPH_FILE_NVDB,
     NPH_FILE_VDB,
     NPH_FILE_NPY,
-    NPH_FILE_LES,   /* text: comment, three sizes, then spacings */
+    NPH_FILE_LES,   /* text: comments, then a line of three sizes */
     NPH_FILE_SCENE, /* text: YAML or JSON whose first item is a mapping */
     NPH_FILE_PART,
     NPH_FILE_HDR,   /* Radiance picture and portable float map: not read, named so that messages can */

@@ -14,6 +14,7 @@
 #include "io/exr_core.h"
 #include "io/file.h"
 #include "io/half.h"
+#include "io/printable.h"
 #include "nephos/image.h"
 
 /* No compression of the format reaches this ratio: deflate ends at 1032:1, PXR24 (which drops a byte of four first) at
@@ -36,9 +37,13 @@ typedef struct Reader {
     NphImage image;
 } Reader;
 
+/* Never NPH_NO_MEMORY: the library gives its code for that to deflated data which is longer than its chunk, too.
+ * Its text may quote names of the file. */
 static NphStatus damaged(Reader *reader, exr_result_t code) {
+    char shown[sizeof reader->log.text];
+    const char *reason = nph_exr_reason(&reader->log, code);
     return nph_error(reader->context, NPH_BAD_INPUT, "%s: damaged or unsupported OpenEXR file: %s", reader->path,
-                     nph_exr_reason(&reader->log, code));
+                     nph_printable(reason, strlen(reason), shown, sizeof shown));
 }
 
 #define TRY_EXR(reader, expression)                                            \
@@ -109,10 +114,12 @@ static NphStatus check_supported(const Reader *reader) {
     if (reader->channels->num_channels < 1) return nph_error(context, NPH_BAD_INPUT, "%s: has no channel", path);
     for (int i = 0; i < reader->channels->num_channels; i++) {
         const exr_attr_chlist_entry_t *entry = &reader->channels->entries[i];
+        char name[64];
         if (entry->x_sampling != 1 || entry->y_sampling != 1)
             return nph_error(context, NPH_BAD_INPUT,
                              "%s: channel \"%s\" is subsampled (%d x %d), which is not read; convert it to RGB at full resolution",
-                             path, entry->name.str, entry->x_sampling, entry->y_sampling);
+                             path, nph_printable(entry->name.str, strlen(entry->name.str), name, sizeof name),
+                             entry->x_sampling, entry->y_sampling);
     }
     return NPH_OK;
 }
