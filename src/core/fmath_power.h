@@ -130,6 +130,7 @@ static inline float nph_powf(float x, float y) {
     power = size > 0.0f ? power : y > 0.0f ? 0.0f : nph_infinityf();
     power = size <= 3.4028235e+38f ? power : y > 0.0f ? nph_infinityf() : 0.0f;
     float fraction = y - nph_floorf(y), odd = y - 2.0f * nph_floorf(0.5f * y); /* odd: 1 where y is odd */
+    odd = fraction == 0.0f ? odd : 0.0f; /* rounding makes -0.99999994 + 2 odd */
     power = odd == 1.0f ? nph_copysignf(power, x) : power;
     fraction = x < 0.0f ? (size <= 3.4028235e+38f ? fraction : 0.0f) : 0.0f;
     power = fraction > 0.0f ? nph_nanf() : power;
@@ -147,6 +148,7 @@ static inline double nph_pow(double x, double y) {
     power = size > 0.0 ? power : y > 0.0 ? 0.0 : nph_infinity();
     power = size <= 1.7976931348623157e+308 ? power : y > 0.0 ? nph_infinity() : 0.0;
     double fraction = y - nph_floor(y), odd = y - 2.0 * nph_floor(0.5 * y);
+    odd = fraction == 0.0 ? odd : 0.0;
     power = odd == 1.0 ? nph_copysign(power, x) : power;
     fraction = x < 0.0 ? (size <= 1.7976931348623157e+308 ? fraction : 0.0) : 0.0;
     power = fraction > 0.0 ? nph_nan() : power;
