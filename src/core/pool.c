@@ -4,18 +4,15 @@
 #define _GNU_SOURCE
 #include "core/pool.h"
 
-#include <fenv.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
 
 #include "core/context.h"
+#include "core/float_state.h"
 #include "core/message.h"
 
 typedef struct Worker {
@@ -63,29 +60,6 @@ static int usable_threads(void) {
     return count > 0 ? count : 1;
 }
 
-typedef struct FloatState {
-    fenv_t environment;
-#if defined(__SSE2__)
-    unsigned control;
-#endif
-} FloatState;
-
-static void set_float_state(FloatState *saved) {
-    fegetenv(&saved->environment);
-    fesetround(FE_TONEAREST);
-#if defined(__SSE2__)
-    saved->control = _mm_getcsr();
-    _mm_setcsr(saved->control & ~0x8040u); /* neither flush-to-zero nor denormals-are-zero */
-#endif
-}
-
-static void restore_float_state(const FloatState *saved) {
-    fesetenv(&saved->environment);
-#if defined(__SSE2__)
-    _mm_setcsr(saved->control);
-#endif
-}
-
 /* Runs blocks until none is left; the pool's lock is held at entry and exit. */
 static void work(NphContext *context, int worker) {
     NphPool *pool = context->pool;
@@ -105,8 +79,8 @@ static void work(NphContext *context, int worker) {
 static void *run_worker(void *argument) {
     Worker *worker = argument;
     NphPool *pool = worker->context->pool;
-    FloatState saved;
-    set_float_state(&saved);
+    NphFloatState saved;
+    nph_float_state_enter(&saved);
     uint64_t seen = 0;
     pthread_mutex_lock(&pool->lock);
     for (;;) {
@@ -166,8 +140,8 @@ int nph_context_threads(const NphContext *context) { return context->pool->threa
 
 NphStatus nph_pool_run(NphContext *context, int64_t blocks, NphBlockFn function, void *data, int64_t *completed) {
     NphPool *pool = context->pool;
-    FloatState saved;
-    set_float_state(&saved);
+    NphFloatState saved;
+    nph_float_state_enter(&saved);
     pthread_mutex_lock(&pool->lock);
     pool->function = function;
     pool->data = data;
@@ -182,7 +156,7 @@ NphStatus nph_pool_run(NphContext *context, int64_t blocks, NphBlockFn function,
     NphStatus status = pool->failed;
     int64_t count = pool->completed;
     pthread_mutex_unlock(&pool->lock);
-    restore_float_state(&saved);
+    nph_float_state_leave(&saved);
     if (completed) *completed = count;
     if (status != NPH_OK) return status;
     return count < blocks ? NPH_INTERRUPTED : NPH_OK;

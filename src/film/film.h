@@ -4,13 +4,14 @@
  * that any split into tiles, sample ranges or passes folds to the same bytes.
  *
  * A NODE is the moments of an aligned dyadic range of samples: level l, index i covers samples
- * [16 i 2^l, 16 (i + 1) 2^l). Level 0 is a chunk: 16 samples added one after the other. A node of level l + 1 is
+ * [16 i 2^l, 16 (i + 1) 2^l). Level 0 is a chunk: 16 samples added in a binary tree. A node of level l + 1 is
  * merge(left, right) of its halves (Chan, Pebay: count, mean, central moments 2 to 4). A range [a, b) is kept as its
- * maximal aligned nodes; the picture of it is their fold from the right, which equals the full tree with its empty
- * branches left out. Images are cut into tiles of 16 x 16 pixels aligned to the uncropped image. */
+ * maximal aligned nodes; the picture of it is their fold along the full tree with its empty branches left out (from the
+ * right when a = 0). Equal samples have exactly their value as mean, and variance 0. Images are cut into tiles of 16 x 16 pixels aligned to the uncropped image. */
 #ifndef NPH_FILM_FILM_H
 #define NPH_FILM_FILM_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "nephos/film.h"
@@ -43,12 +44,16 @@ uint64_t nph_film_forecast_bytes(int width, int height, const int crop[4], int c
 
 /* Adds the samples of chunk number `chunk` (samples [16 chunk, 16 chunk + 16)) to a tile; chunks of one tile come in
  * rising order without gaps from sample_begin / 16. Different tiles may be added to from different threads.
- * samples: float for precision 32, double for 64. Samples that are not finite are counted and left out of no sum:
- * nph_film_nonfinite then says how many, and the first pixel and sample. */
+ * samples: float for precision 32, double for 64; |radiance| below 1e75. Samples with a field that is not finite are
+ * counted and left out of no sum: the pixel shows it, and nph_film_nonfinite says how many there are, and which is the
+ * first in order of y, x, sample. Allocates nothing. scratch: nph_film_scratch_bytes, aligned to 64. */
 void nph_film_add_chunk(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, void *scratch);
 
 /* Samples of a tile so far. */
 int64_t nph_film_tile_samples(const NphFilm *film, int64_t tile);
+
+/* A text of the film, or NULL. */
+const char *nph_film_text(const NphFilm *film, const char *name);
 
 typedef struct NphNonfinite {
     int64_t count;
