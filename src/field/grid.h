@@ -18,12 +18,19 @@
 enum { NPH_BRICK = 8, NPH_BRICK_EDGE = 9, NPH_BRICK_STRIDE = 736 }; /* 9^3 = 729, padded to a multiple of 16 */
 enum { NPH_MAJORANT_CELL = 4 };                                      /* edge of a majorant cell in samples */
 
+/* Limits, refused beyond them with NPH_BAD_INPUT: samples along an axis with padding (an f32 position in the lattice is
+ * then good to 2^-8), majorant cells of the whole box (1 GiB; about 2500^3 voxels), bricks stored (16 GiB: offsets
+ * then fit 32 bits), density. */
+enum { NPH_GRID_SAMPLES_MAX = 65536, NPH_GRID_CELLS_MAX = 1 << 28, NPH_GRID_BRICKS_MAX = 5835553 };
+#define NPH_DENSITY_MAX 1e38
+
 typedef enum NphCentring { NPH_CENTRING_CELL, NPH_CENTRING_POINT, NPH_CENTRING_VDB } NphCentring;
 typedef enum NphOutside { NPH_OUTSIDE_ZERO, NPH_OUTSIDE_CLAMP } NphOutside;
 typedef enum NphLookup { NPH_LOOKUP_NEAREST, NPH_LOOKUP_TRILINEAR } NphLookup;
 
 /* Upper bounds of the density over cells of NPH_MAJORANT_CELL^3 of lattice space: cell c covers u in
- * [4 c, 4 (c + 1)] per axis, both ends included, so the bound holds for either lookup on the cell's faces too. An
+ * [4 c, 4 (c + 1)] per axis, both ends included, so the bound holds for either lookup on the cell's faces too. It is
+ * the largest of the samples 4 c .. 4 c + 4 times 1 + 2^-20, which covers the rounding of the lookup in f32. An
  * empty cell (bound 0) holds minus the number k of cells that may be skipped: all cells within Chebyshev distance
  * k - 1 of it are empty (cells beyond the grid count as empty); k >= 1. */
 typedef struct NphMajorant {
@@ -46,15 +53,20 @@ typedef struct NphGrid {
     NphMajorant majorant;
 } NphGrid;
 
-/* All builders validate: NaN, infinite or negative samples are refused with NPH_BAD_INPUT, naming the voxel's index as
- * in the file. `what` names the source in messages. */
+/* All builders validate: NaN, infinite or negative samples and those above NPH_DENSITY_MAX are refused with
+ * NPH_BAD_INPUT, naming the voxel's index as in the file, as are maps to the world that are not finite or flat. `what`
+ * names the source in messages. *grid is untouched on failure. */
 
-/* From leaves and tiles; never densified. Centring is NPH_CENTRING_VDB unless given. */
+/* From leaves and tiles; never densified. The lattice spans the box of the active voxels; sample s is the file's lattice
+ * point bbox_min + s - 1 and stands where the file's transform puts that point, whatever the centring (a cell is centred
+ * on its point). Inactive voxels are 0 (a warning counts those that hold something else); a background other than 0 is
+ * refused. A volume without active voxels becomes one sample of 0 at the lattice point (0, 0, 0). */
 NphStatus nph_grid_from_volume(NphContext *context, const NphVolume *volume, NphCentring centring, NphLookup lookup,
                                const char *what, NphGrid *grid);
 
 /* From a dense f32/f64/f16/integer array [z][y][x]; the box [lo, hi] in world units is what the cells fill (cell) or
- * what the outermost points span (point; an axis of one sample is refused). */
+ * what the outermost points span (point and vdb; an axis of one sample is refused). vdb with clamp is refused
+ * (NPH_BAD_USAGE). */
 NphStatus nph_grid_from_array(NphContext *context, const NphArray *array, const double lo[3], const double hi[3],
                               NphCentring centring, NphOutside outside, NphLookup lookup, const char *what,
                               NphGrid *grid);
@@ -64,11 +76,13 @@ void nph_grid_free(NphContext *context, NphGrid *grid);
 /* Bytes the grid holds. */
 uint64_t nph_grid_bytes(const NphGrid *grid);
 
-/* Mean optical depth through the box along each axis for extinction = density (per lattice unit times world unit), the
- * largest over all rows of samples, and the integral; for `nephos info`. */
+/* For `nephos info`. mean: sum over all samples without padding divided by their number; mean_active: divided by the
+ * number of those different from zero (0 when there are none). Optical depth for extinction = density: the exact
+ * integral of the interpolant, from one end of the box to the other, along the lines of the lattice that go through
+ * the samples; largest and unweighted mean over the lines through samples that are not padding. World units. */
 typedef struct NphGridStatistics {
     double mean, mean_active;
-    double axis_depth_mean[3], axis_depth_max[3]; /* integral of density along lattice lines, world units */
+    double axis_depth_mean[3], axis_depth_max[3];
 } NphGridStatistics;
 NphStatus nph_grid_statistics(NphContext *context, const NphGrid *grid, NphGridStatistics *statistics);
 
