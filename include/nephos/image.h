@@ -17,7 +17,12 @@ typedef struct NphChannel {
     float *pixels;   /* width * height, row by row from the top */
 } NphChannel;
 
-typedef enum NphAttributeType { NPH_ATTRIBUTE_STRING, NPH_ATTRIBUTE_INT, NPH_ATTRIBUTE_FLOAT, NPH_ATTRIBUTE_DOUBLE } NphAttributeType;
+typedef enum NphAttributeType {
+    NPH_ATTRIBUTE_STRING,
+    NPH_ATTRIBUTE_INT,
+    NPH_ATTRIBUTE_FLOAT,
+    NPH_ATTRIBUTE_DOUBLE
+} NphAttributeType;
 
 typedef struct NphAttribute {
     char *name;
@@ -27,8 +32,8 @@ typedef struct NphAttribute {
 } NphAttribute;
 
 typedef struct NphImage {
-    int x0, y0, width, height;        /* data window: its upper left pixel, relative to the display window, and its size */
-    int full_width, full_height;      /* display window, which begins at (0, 0); a file's other origin is taken off */
+    int x0, y0, width, height;        /* data window: its upper left pixel in the display window, and its size */
+    int full_width, full_height;      /* display window, which begins at (0, 0): another origin in a file is taken off */
     int channel_count;
     NphChannel *channels;             /* sorted as in the file, or as added */
     int attribute_count;
@@ -42,7 +47,8 @@ NphStatus nph_image_add_channel(NphContext *context, NphImage *image, const char
 /* The channel of that name, or NULL. */
 const NphChannel *nph_image_channel(const NphImage *image, const char *name);
 NphStatus nph_image_set_text(NphContext *context, NphImage *image, const char *name, const char *text);
-NphStatus nph_image_set_number(NphContext *context, NphImage *image, const char *name, NphAttributeType type, double number);
+NphStatus nph_image_set_number(NphContext *context, NphImage *image, const char *name, NphAttributeType type,
+                               double number);
 const NphAttribute *nph_image_attribute(const NphImage *image, const char *name);
 void nph_image_free(NphContext *context, NphImage *image);
 

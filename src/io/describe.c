@@ -44,7 +44,9 @@ const char *nph_file_kind_name(NphFileKind kind) { return names[kind]; }
 
 static int is_digit(char c) { return c >= '0' && c <= '9'; }
 static int is_blank(char c) { return c == ' ' || c == '\t'; }
-static int is_word(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_' || c == '-'; }
+static int is_word(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || is_digit(c) || c == '_' || c == '-';
+}
 
 /* Text holds no control characters but tab, line feed and carriage return; bytes above 127 may be UTF-8. */
 static int is_text(const char *bytes, size_t size) {

@@ -8,10 +8,10 @@
 
 #include "io/exr_core.h"
 
-static const char *const reserved[] = {"channels",         "compression",       "dataWindow",         "displayWindow",
-                                       "lineOrder",        "pixelAspectRatio",  "screenWindowCenter", "screenWindowWidth",
-                                       "name",             "type",              "tiles",              "version",
-                                       "chunkCount"};
+static const char *const reserved[] = {
+    "channels",           "compression",       "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio",
+    "screenWindowCenter", "screenWindowWidth", "name",       "type",          "tiles",     "version",
+    "chunkCount"};
 
 int nph_exr_reserved_name(const char *name) {
     for (size_t i = 0; i < sizeof reserved / sizeof *reserved; i++)

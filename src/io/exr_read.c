@@ -46,10 +46,10 @@ static NphStatus damaged(Reader *reader, exr_result_t code) {
                      nph_printable(reason, strlen(reason), shown, sizeof shown));
 }
 
-#define TRY_EXR(reader, expression)                                            \
-    do {                                                                       \
-        exr_result_t try_code_ = (expression);                                 \
-        if (try_code_ != EXR_ERR_SUCCESS) return damaged((reader), try_code_); \
+#define TRY_EXR(reader, expression)                                                                                    \
+    do {                                                                                                               \
+        exr_result_t try_code_ = (expression);                                                                         \
+        if (try_code_ != EXR_ERR_SUCCESS) return damaged((reader), try_code_);                                         \
     } while (0)
 
 static int64_t read_bytes(exr_const_context_t exr, void *user, void *buffer, uint64_t size, uint64_t offset,
@@ -75,8 +75,9 @@ static NphStatus check_kind(const Reader *reader) {
         return nph_error(reader->context, NPH_BAD_INPUT,
                          "%s: not OpenEXR, but %s; convert it, e.g. `oiiotool in --compression zip -o out.exr`",
                          reader->path, nph_file_kind_name(kind));
-    return nph_error(reader->context, NPH_BAD_INPUT, "%s: not OpenEXR, but %s; OpenEXR begins with the bytes 76 2f 31 01",
-                     reader->path, nph_file_kind_name(kind));
+    return nph_error(reader->context, NPH_BAD_INPUT,
+                     "%s: not OpenEXR, but %s; OpenEXR begins with the bytes 76 2f 31 01", reader->path,
+                     nph_file_kind_name(kind));
 }
 
 static NphStatus open_file(Reader *reader) {
@@ -103,9 +104,10 @@ static NphStatus check_supported(const Reader *reader) {
     NphContext *context = reader->context;
     const char *path = reader->path;
     if (reader->storage != EXR_STORAGE_SCANLINE && reader->storage != EXR_STORAGE_TILED)
-        return nph_error(context, NPH_BAD_INPUT,
-                         "%s: holds deep samples, which are not read; flatten it, e.g. `oiiotool in.exr --flatten -o out.exr`",
-                         path);
+        return nph_error(
+            context, NPH_BAD_INPUT,
+            "%s: holds deep samples, which are not read; flatten it, e.g. `oiiotool in.exr --flatten -o out.exr`",
+            path);
     if (reader->compression == EXR_COMPRESSION_DWAA || reader->compression == EXR_COMPRESSION_DWAB)
         return nph_error(context, NPH_BAD_INPUT,
                          "%s: is compressed with %s, which is not decoded here; convert it, e.g. "
@@ -116,10 +118,11 @@ static NphStatus check_supported(const Reader *reader) {
         const exr_attr_chlist_entry_t *entry = &reader->channels->entries[i];
         char name[64];
         if (entry->x_sampling != 1 || entry->y_sampling != 1)
-            return nph_error(context, NPH_BAD_INPUT,
-                             "%s: channel \"%s\" is subsampled (%d x %d), which is not read; convert it to RGB at full resolution",
-                             path, nph_printable(entry->name.str, strlen(entry->name.str), name, sizeof name),
-                             entry->x_sampling, entry->y_sampling);
+            return nph_error(
+                context, NPH_BAD_INPUT,
+                "%s: channel \"%s\" is subsampled (%d x %d), which is not read; convert it to RGB at full resolution",
+                path, nph_printable(entry->name.str, strlen(entry->name.str), name, sizeof name), entry->x_sampling,
+                entry->y_sampling);
     }
     return NPH_OK;
 }
@@ -133,22 +136,27 @@ static NphStatus measure(Reader *reader) {
     exr_attr_box2i_t data = reader->window, display;
     TRY_EXR(reader, exr_get_display_window(reader->exr, 0, &display));
     int64_t width = (int64_t)data.max.x - data.min.x + 1, height = (int64_t)data.max.y - data.min.y + 1;
-    int64_t full_width = (int64_t)display.max.x - display.min.x + 1, full_height = (int64_t)display.max.y - display.min.y + 1;
+    int64_t full_width = (int64_t)display.max.x - display.min.x + 1,
+            full_height = (int64_t)display.max.y - display.min.y + 1;
     if (width < 1 || height < 1 || full_width < 1 || full_height < 1)
-        return nph_error(reader->context, NPH_BAD_INPUT, "%s: damaged: data window (%d, %d) - (%d, %d), display window (%d, %d) - (%d, %d)",
+        return nph_error(reader->context, NPH_BAD_INPUT,
+                         "%s: damaged: data window (%d, %d) - (%d, %d), display window (%d, %d) - (%d, %d)",
                          reader->path, data.min.x, data.min.y, data.max.x, data.max.y, display.min.x, display.min.y,
                          display.max.x, display.max.y);
     int64_t x0 = (int64_t)data.min.x - display.min.x, y0 = (int64_t)data.min.y - display.min.y;
-    if (outside(x0) || outside(y0) || outside(x0 + width) || outside(y0 + height) || outside(full_width) || outside(full_height))
-        return nph_error(reader->context, NPH_BAD_INPUT, "%s: data window (%d, %d) - (%d, %d) is beyond 2^30", reader->path,
-                         data.min.x, data.min.y, data.max.x, data.max.y);
+    if (outside(x0) || outside(y0) || outside(x0 + width) || outside(y0 + height) || outside(full_width) ||
+        outside(full_height))
+        return nph_error(reader->context, NPH_BAD_INPUT, "%s: data window (%d, %d) - (%d, %d) is beyond 2^30",
+                         reader->path, data.min.x, data.min.y, data.max.x, data.max.y);
     for (int i = 0; i < reader->channels->num_channels; i++)
         reader->pixel_bytes += reader->channels->entries[i].pixel_type == EXR_PIXEL_HALF ? 2 : 4;
     double promised = (double)width * (double)height * (double)reader->pixel_bytes;
     if (promised > (double)reader->size * (reader->compression == EXR_COMPRESSION_NONE ? 1 : MAX_RATIO))
         return nph_error(reader->context, NPH_BAD_INPUT,
-                         "%s: damaged or cut short: %lld x %lld pixels in %d channels (%.4g bytes) cannot come from a file of %zu bytes",
-                         reader->path, (long long)width, (long long)height, reader->channels->num_channels, promised, reader->size);
+                         "%s: damaged or cut short: %lld x %lld pixels in %d channels (%.4g bytes) cannot come from a "
+                         "file of %zu bytes",
+                         reader->path, (long long)width, (long long)height, reader->channels->num_channels, promised,
+                         reader->size);
     NPH_TRY(nph_image_new(reader->context, (int)width, (int)height, &reader->image));
     reader->image.x0 = (int)x0;
     reader->image.y0 = (int)y0;
@@ -184,11 +192,13 @@ static NphStatus add_attributes(Reader *reader) {
         TRY_EXR(reader, exr_get_attribute_by_index(reader->exr, 0, EXR_ATTR_LIST_FILE_ORDER, i, &a));
         if (nph_exr_reserved_name(a->name)) continue;
         NphStatus status = NPH_OK;
-        if (a->type == EXR_ATTR_STRING) status = nph_image_set_text(context, image, a->name, a->string->str ? a->string->str : "");
+        if (a->type == EXR_ATTR_STRING)
+            status = nph_image_set_text(context, image, a->name, a->string->str ? a->string->str : "");
         if (a->type == EXR_ATTR_INT) status = nph_image_set_number(context, image, a->name, NPH_ATTRIBUTE_INT, a->i);
         if (a->type == EXR_ATTR_FLOAT)
             status = nph_image_set_number(context, image, a->name, NPH_ATTRIBUTE_FLOAT, (double)a->f);
-        if (a->type == EXR_ATTR_DOUBLE) status = nph_image_set_number(context, image, a->name, NPH_ATTRIBUTE_DOUBLE, a->d);
+        if (a->type == EXR_ATTR_DOUBLE)
+            status = nph_image_set_number(context, image, a->name, NPH_ATTRIBUTE_DOUBLE, a->d);
         if (status != NPH_OK) return blame_file(reader, status);
     }
     return NPH_OK;
@@ -204,7 +214,8 @@ static uint32_t little16(const uint8_t *b) { return (uint32_t)b[0] | (uint32_t)b
 static uint32_t little32(const uint8_t *b) { return little16(b) | little16(b + 2) << 16; }
 
 /* One line of one channel; returns the bytes that follow it. */
-static const uint8_t *convert_line(Reader *reader, const NphChannel *channel, const uint8_t *from, float *to, int width) {
+static const uint8_t *convert_line(Reader *reader, const NphChannel *channel, const uint8_t *from, float *to,
+                                   int width) {
     if (channel->was_half) {
         for (int x = 0; x < width; x++) to[x] = nph_float_from_half((uint16_t)little16(from + 2 * x));
         return from + 2 * (size_t)width;
@@ -247,17 +258,29 @@ static NphStatus check_chunk(const Reader *reader, const exr_chunk_info_t *chunk
     const char *wrong = NULL;
     if (chunk->width != block->width || chunk->height != block->height || chunk->unpacked_size != expected)
         wrong = "has another size than its header says";
-    else if (chunk->packed_size < 1) wrong = "is empty";
-    else if (chunk->packed_size > expected) wrong = "is larger than its pixels";
-    else if (reader->compression == EXR_COMPRESSION_NONE && chunk->packed_size != expected) wrong = "is smaller than its pixels";
+    else if (chunk->packed_size < 1)
+        wrong = "is empty";
+    else if (chunk->packed_size > expected)
+        wrong = "is larger than its pixels";
+    else if (reader->compression == EXR_COMPRESSION_NONE && chunk->packed_size != expected)
+        wrong = "is smaller than its pixels";
     else if (chunk->data_offset > reader->size || chunk->packed_size > reader->size - chunk->data_offset)
         wrong = "reaches beyond the end of the file";
     if (!wrong) return NPH_OK;
-    return nph_error(reader->context, NPH_BAD_INPUT, "%s: damaged or cut short: the chunk of pixels (%d, %d) + %d x %d %s (byte %llu)",
-                     reader->path, block->x, block->y, block->width, block->height, wrong, (unsigned long long)chunk->data_offset);
+    return nph_error(reader->context, NPH_BAD_INPUT,
+                     "%s: damaged or cut short: the chunk of pixels (%d, %d) + %d x %d %s (byte %llu)", reader->path,
+                     block->x, block->y, block->width, block->height, wrong, (unsigned long long)chunk->data_offset);
 }
 
-static NphStatus read_chunk(Reader *reader, exr_decode_pipeline_t *decode, const exr_chunk_info_t *chunk, const Block *block) {
+typedef struct Decoder {
+    exr_decode_pipeline_t pipeline;
+    exr_result_t (*decompress)(exr_decode_pipeline_t *);
+} Decoder;
+
+/* A chunk that compression would not make smaller is stored as it is; the library knows that of all compressions but
+ * B44 and B44A, from whose raw chunks it makes noise. */
+static NphStatus read_chunk(Reader *reader, Decoder *decoder, const exr_chunk_info_t *chunk, const Block *block) {
+    exr_decode_pipeline_t *decode = &decoder->pipeline;
     NPH_TRY(check_chunk(reader, chunk, block));
     if (!decode->context) {
         TRY_EXR(reader, exr_decoding_initialize(reader->exr, 0, chunk, decode));
@@ -265,15 +288,17 @@ static NphStatus read_chunk(Reader *reader, exr_decode_pipeline_t *decode, const
         decode->free_fn = free_zeroed;
         TRY_EXR(reader, exr_decoding_choose_default_routines(reader->exr, 0, decode));
         decode->unpack_and_convert_fn = NULL; /* store_block does it */
+        decoder->decompress = decode->decompress_fn;
     } else {
         TRY_EXR(reader, exr_decoding_update(reader->exr, 0, chunk, decode));
     }
+    decode->decompress_fn = chunk->packed_size == chunk->unpacked_size ? NULL : decoder->decompress;
     TRY_EXR(reader, exr_decoding_run(reader->exr, 0, decode));
     store_block(reader, block, decode->unpacked_buffer);
     return NPH_OK;
 }
 
-static NphStatus read_lines(Reader *reader, exr_decode_pipeline_t *decode) {
+static NphStatus read_lines(Reader *reader, Decoder *decoder) {
     int32_t lines = 0;
     TRY_EXR(reader, exr_get_scanlines_per_chunk(reader->exr, 0, &lines));
     if (lines < 1) return damaged(reader, EXR_ERR_INCORRECT_CHUNK);
@@ -282,13 +307,13 @@ static NphStatus read_lines(Reader *reader, exr_decode_pipeline_t *decode) {
         Block block = {0, y, image->width, image->height - y < lines ? image->height - y : lines};
         exr_chunk_info_t chunk = {0};
         TRY_EXR(reader, exr_read_scanline_chunk_info(reader->exr, 0, reader->window.min.y + y, &chunk));
-        NPH_TRY(read_chunk(reader, decode, &chunk, &block));
+        NPH_TRY(read_chunk(reader, decoder, &chunk, &block));
     }
     return NPH_OK;
 }
 
 /* Level (0, 0) of single, mip and rip levels alike. */
-static NphStatus read_tiles(Reader *reader, exr_decode_pipeline_t *decode) {
+static NphStatus read_tiles(Reader *reader, Decoder *decoder) {
     int32_t tile_width = 0, tile_height = 0;
     TRY_EXR(reader, exr_get_tile_sizes(reader->exr, 0, 0, 0, &tile_width, &tile_height));
     if (tile_width < 1 || tile_height < 1) return damaged(reader, EXR_ERR_INCORRECT_CHUNK);
@@ -299,16 +324,18 @@ static NphStatus read_tiles(Reader *reader, exr_decode_pipeline_t *decode) {
             Block block = {(int)x, (int)y, (int)(right < tile_width ? right : tile_width),
                            (int)(below < tile_height ? below : tile_height)};
             exr_chunk_info_t chunk = {0};
-            TRY_EXR(reader, exr_read_tile_chunk_info(reader->exr, 0, (int)(x / tile_width), (int)(y / tile_height), 0, 0, &chunk));
-            NPH_TRY(read_chunk(reader, decode, &chunk, &block));
+            TRY_EXR(reader, exr_read_tile_chunk_info(reader->exr, 0, (int)(x / tile_width), (int)(y / tile_height), 0,
+                                                     0, &chunk));
+            NPH_TRY(read_chunk(reader, decoder, &chunk, &block));
         }
     return NPH_OK;
 }
 
 static NphStatus read_pixels(Reader *reader) {
-    exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
-    NphStatus status = reader->storage == EXR_STORAGE_TILED ? read_tiles(reader, &decode) : read_lines(reader, &decode);
-    if (decode.context) exr_decoding_destroy(reader->exr, &decode);
+    Decoder decoder = {EXR_DECODE_PIPELINE_INITIALIZER, NULL};
+    NphStatus status =
+        reader->storage == EXR_STORAGE_TILED ? read_tiles(reader, &decoder) : read_lines(reader, &decoder);
+    if (decoder.pipeline.context) exr_decoding_destroy(reader->exr, &decoder.pipeline);
     if (status == NPH_OK && reader->inexact)
         nph_warn(reader->context, "%s: %d integers above 2^24 were rounded to float", reader->path, reader->inexact);
     return status;

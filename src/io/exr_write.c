@@ -25,7 +25,8 @@ typedef struct Writer {
     uint64_t position;
     exr_context_t exr;
     const NphChannel **order; /* channels in the file's order */
-    int64_t overflows;        /* finite values that became infinite halves or clamped integers */
+    exr_result_t (*compress)(exr_encode_pipeline_t *);
+    int64_t overflows; /* finite values that became infinite halves or clamped integers */
 } Writer;
 
 static NphStatus failed(Writer *writer, exr_result_t code) {
@@ -36,10 +37,10 @@ static NphStatus failed(Writer *writer, exr_result_t code) {
                      nph_exr_reason(&writer->log, code));
 }
 
-#define TRY_EXR(writer, expression)                                           \
-    do {                                                                      \
-        exr_result_t try_code_ = (expression);                                \
-        if (try_code_ != EXR_ERR_SUCCESS) return failed((writer), try_code_); \
+#define TRY_EXR(writer, expression)                                                                                    \
+    do {                                                                                                               \
+        exr_result_t try_code_ = (expression);                                                                         \
+        if (try_code_ != EXR_ERR_SUCCESS) return failed((writer), try_code_);                                          \
     } while (0)
 
 static int64_t write_bytes(exr_const_context_t exr, void *user, const void *bytes, uint64_t size, uint64_t offset,
@@ -58,14 +59,16 @@ static int64_t write_bytes(exr_const_context_t exr, void *user, const void *byte
 static NphStatus check_image(const Writer *writer) {
     const NphImage *image = writer->image;
     if (image->channel_count < 1)
-        return nph_error(writer->context, NPH_BAD_USAGE, "%s: an image without channels cannot be written", writer->path);
+        return nph_error(writer->context, NPH_BAD_USAGE, "%s: an image without channels cannot be written",
+                         writer->path);
     int64_t limit = NPH_EXR_MAX_COORDINATE;
-    if (image->width < 1 || image->height < 1 || image->full_width < 1 || image->full_height < 1 || image->x0 < -limit ||
-        image->y0 < -limit || image->x0 + (int64_t)image->width > limit || image->y0 + (int64_t)image->height > limit ||
-        image->full_width > limit || image->full_height > limit)
-        return nph_error(writer->context, NPH_BAD_USAGE,
-                         "%s: cannot write %d x %d pixels at (%d, %d) of %d x %d: sizes are 1 or more, coordinates within 2^30",
-                         writer->path, image->width, image->height, image->x0, image->y0, image->full_width, image->full_height);
+    if (image->width < 1 || image->height < 1 || image->full_width < 1 || image->full_height < 1 ||
+        image->x0 < -limit || image->y0 < -limit || image->x0 + (int64_t)image->width > limit ||
+        image->y0 + (int64_t)image->height > limit || image->full_width > limit || image->full_height > limit)
+        return nph_error(
+            writer->context, NPH_BAD_USAGE,
+            "%s: cannot write %d x %d pixels at (%d, %d) of %d x %d: sizes are 1 or more, coordinates within 2^30",
+            writer->path, image->width, image->height, image->x0, image->y0, image->full_width, image->full_height);
     return NPH_OK;
 }
 
@@ -88,7 +91,9 @@ static NphStatus declare_channels(Writer *writer) {
     qsort(writer->order, (size_t)image->channel_count, sizeof *writer->order, compare_names);
     for (int i = 0; i < image->channel_count; i++) {
         const NphChannel *channel = writer->order[i];
-        exr_pixel_type_t type = channel->was_half ? EXR_PIXEL_HALF : channel->was_uint ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+        exr_pixel_type_t type = channel->was_half   ? EXR_PIXEL_HALF
+                                : channel->was_uint ? EXR_PIXEL_UINT
+                                                    : EXR_PIXEL_FLOAT;
         TRY_EXR(writer, exr_add_channel(writer->exr, 0, channel->name, type, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
     }
     return NPH_OK;
@@ -105,8 +110,8 @@ static NphStatus declare_attributes(Writer *writer) {
         case NPH_ATTRIBUTE_DOUBLE: code = exr_attr_set_double(writer->exr, 0, a->name, a->number); break;
         }
         if (code != EXR_ERR_SUCCESS)
-            return nph_error(writer->context, NPH_BAD_OUTPUT, "%s: cannot write attribute \"%s\": %s", writer->path, a->name,
-                             nph_exr_reason(&writer->log, code));
+            return nph_error(writer->context, NPH_BAD_OUTPUT, "%s: cannot write attribute \"%s\": %s", writer->path,
+                             a->name, nph_exr_reason(&writer->log, code));
     }
     return NPH_OK;
 }
@@ -167,8 +172,10 @@ static uint8_t *pack_line(const NphChannel *channel, const float *from, int widt
             to = put16(to, half);
         } else {
             uint32_t bits;
-            if (channel->was_uint) bits = uint_from_float(from[x], overflows);
-            else memcpy(&bits, &from[x], sizeof bits);
+            if (channel->was_uint)
+                bits = uint_from_float(from[x], overflows);
+            else
+                memcpy(&bits, &from[x], sizeof bits);
             to = put32(to, bits);
         }
     }
@@ -190,6 +197,18 @@ static exr_result_t pack_chunk(exr_encode_pipeline_t *encode) {
     return EXR_ERR_SUCCESS;
 }
 
+/* Compression that does not make a chunk smaller is given up, and readers know such a chunk by its size. The library
+ * (3.1.5) stores a deflated chunk of exactly that size, which every reader then takes for raw samples. */
+static exr_result_t compress_chunk(exr_encode_pipeline_t *encode) {
+    const Writer *writer = encode->encoding_user_data;
+    exr_result_t code = writer->compress(encode);
+    if (code == EXR_ERR_SUCCESS && encode->compressed_bytes >= encode->packed_bytes) {
+        memcpy(encode->compressed_buffer, encode->packed_buffer, encode->packed_bytes);
+        encode->compressed_bytes = encode->packed_bytes;
+    }
+    return code;
+}
+
 /* The library chooses its packing only for channels with pixels; the choice is then replaced by pack_chunk. */
 static exr_result_t choose_routines(Writer *writer, exr_encode_pipeline_t *encode) {
     for (int c = 0; c < encode->channel_count; c++) {
@@ -198,7 +217,9 @@ static exr_result_t choose_routines(Writer *writer, exr_encode_pipeline_t *encod
         encode->channels[c].user_line_stride = encode->channels[c].user_bytes_per_element;
     }
     exr_result_t code = exr_encoding_choose_default_routines(writer->exr, 0, encode);
+    writer->compress = encode->compress_fn;
     encode->convert_and_pack_fn = pack_chunk;
+    encode->compress_fn = compress_chunk;
     encode->encoding_user_data = writer;
     return code;
 }

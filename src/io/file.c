@@ -33,8 +33,10 @@ static NphStatus open_regular(NphContext *context, const char *path, int *descri
     if (opened < 0) return fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
     struct stat facts;
     NphStatus status = NPH_OK;
-    if (fstat(opened, &facts) != 0) status = fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
-    else if (S_ISDIR(facts.st_mode)) status = nph_error(context, NPH_BAD_INPUT, "%s: is a folder; a file is needed", path);
+    if (fstat(opened, &facts) != 0)
+        status = fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
+    else if (S_ISDIR(facts.st_mode))
+        status = nph_error(context, NPH_BAD_INPUT, "%s: is a folder; a file is needed", path);
     else if (!S_ISREG(facts.st_mode))
         status = nph_error(context, NPH_BAD_INPUT,
                            "%s: is not a regular file (but a pipe, device or socket); copy it to a file first", path);
@@ -104,8 +106,8 @@ static NphStatus resolve_target(NphContext *context, const char *path, char **re
     }
     if (S_ISDIR(facts.st_mode)) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot write: is a folder", path);
     if (!S_ISREG(facts.st_mode))
-        return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot write: is not a regular file (but a pipe, device or socket)",
-                         path);
+        return nph_error(context, NPH_BAD_OUTPUT,
+                         "%s: cannot write: is not a regular file (but a pipe, device or socket)", path);
     return nph_strdup(context, path, resolved);
 }
 

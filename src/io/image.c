@@ -17,8 +17,8 @@ enum { NAME_BYTES = 255 /* of OpenEXR's long names */ };
 static NphStatus check_name(NphContext *context, const char *what, const char *name) {
     if (!name[0]) return nph_error(context, NPH_BAD_USAGE, "an image's %s has an empty name", what);
     if (strlen(name) > NAME_BYTES)
-        return nph_error(context, NPH_BAD_USAGE, "an image's %s has a name of %zu bytes; %d are allowed: \"%.40s...\"", what,
-                         strlen(name), NAME_BYTES, name);
+        return nph_error(context, NPH_BAD_USAGE, "an image's %s has a name of %zu bytes; %d are allowed: \"%.40s...\"",
+                         what, strlen(name), NAME_BYTES, name);
     return NPH_OK;
 }
 
@@ -39,8 +39,8 @@ NphStatus nph_image_add_channel(NphContext *context, NphImage *image, const char
     NphChannel made = {0};
     NPH_TRY(nph_strdup(context, name, &made.name));
     /* nph_alloc sees one product: width * height < 2^62 fits a size_t */
-    NphStatus status = nph_alloc(context, (size_t)image->width * (size_t)image->height, sizeof(float), name,
-                                 (void **)&made.pixels);
+    NphStatus status =
+        nph_alloc(context, (size_t)image->width * (size_t)image->height, sizeof(float), name, (void **)&made.pixels);
     if (status != NPH_OK) {
         nph_free(context, made.name);
         return status;
@@ -88,7 +88,8 @@ static NphStatus set_attribute(NphContext *context, NphImage *image, const char 
 static NphStatus check_attribute_name(NphContext *context, const char *name) {
     NPH_TRY(check_name(context, "attribute", name));
     if (nph_exr_reserved_name(name))
-        return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": OpenEXR keeps this name for itself", name);
+        return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": OpenEXR keeps this name for itself",
+                         name);
     return NPH_OK;
 }
 
@@ -101,13 +102,15 @@ NphStatus nph_image_set_text(NphContext *context, NphImage *image, const char *n
     return set_attribute(context, image, name, &made);
 }
 
-NphStatus nph_image_set_number(NphContext *context, NphImage *image, const char *name, NphAttributeType type, double number) {
+NphStatus nph_image_set_number(NphContext *context, NphImage *image, const char *name, NphAttributeType type,
+                               double number) {
     NPH_TRY(check_attribute_name(context, name));
     if (type == NPH_ATTRIBUTE_STRING)
-        return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": a number cannot be of type string", name);
-    if (type == NPH_ATTRIBUTE_INT &&
-        !(number >= INT32_MIN && number <= INT32_MAX && (double)(int32_t)number == number))
-        return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": %.17g is not a 32-bit integer", name, number);
+        return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": a number cannot be of type string",
+                         name);
+    if (type == NPH_ATTRIBUTE_INT && !(number >= INT32_MIN && number <= INT32_MAX && (double)(int32_t)number == number))
+        return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": %.17g is not a 32-bit integer", name,
+                         number);
     if (type == NPH_ATTRIBUTE_FLOAT && (number < -FLT_MAX || number > FLT_MAX) && number - number == 0)
         return nph_error(context, NPH_BAD_USAGE, "an image's attribute \"%s\": %.17g is beyond a float", name, number);
     NphAttribute made = {.type = type, .number = type == NPH_ATTRIBUTE_FLOAT ? (double)(float)number : number};

@@ -52,13 +52,15 @@ static int write_picture(Writer *writer, png_structp png, png_infop info, const 
 
 NphStatus nph_png_write(NphContext *context, const char *path, int width, int height, const uint8_t *rgb) {
     if (width < 1 || height < 1 || width > MAX_SIZE || height > MAX_SIZE)
-        return nph_error(context, NPH_BAD_USAGE, "%s: a PNG of %d x %d pixels; 1 to %d are possible", path, width, height, MAX_SIZE);
+        return nph_error(context, NPH_BAD_USAGE, "%s: a PNG of %d x %d pixels; 1 to %d are possible", path, width,
+                         height, MAX_SIZE);
     Writer writer = {{0}, ""};
     NPH_TRY(nph_writer_open(context, path, &writer.file));
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, note_error, ignore_warning);
     png_infop info = png ? png_create_info_struct(png) : NULL;
     NphStatus status = NPH_OK;
-    if (!info) status = nph_error(context, NPH_NO_MEMORY, "%s: libpng cannot start", path);
+    if (!info)
+        status = nph_error(context, NPH_NO_MEMORY, "%s: libpng cannot start", path);
     else if (!write_picture(&writer, png, info, (const int[]){width, height}, rgb) && !ferror(writer.file.stream))
         status = nph_error(context, NPH_BAD_OUTPUT, "%s: cannot write PNG: %s", path, writer.text);
     if (png) png_destroy_write_struct(&png, &info);

@@ -55,11 +55,11 @@ static void put_text_attribute(Bytes *b, const char *name, const char *text) {
 
 typedef struct ExrHeader {
     const char *channel;
-    int pixel_type;     /* 0 uint, 1 half, 2 float */
+    int pixel_type; /* 0 uint, 1 half, 2 float */
     int sampling;
     int compression, line_order;
-    int data[4], display[4]; /* xmin, ymin, xmax, ymax */
-    const char *name, *type; /* NULL: left out, as in single parts */
+    int data[4], display[4];  /* xmin, ymin, xmax, ymax */
+    const char *name, *type;  /* NULL: left out, as in single parts */
     int tile_size, tile_mode; /* 0 size: no tiles; mode 0 one level, 1 mip, 2 rip */
     int chunks, version;      /* 0: left out; version is 1 in deep parts */
 } ExrHeader;

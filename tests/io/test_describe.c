@@ -48,7 +48,9 @@ START_TEST(scenes_begin_with_a_mapping) {
     ck_assert_int_eq(KIND("- a\n- b\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("camera: \0\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("# only a comment\n"), NPH_FILE_UNKNOWN);
-    ck_assert_int_eq(KIND("\x7f" "ELF: x\n"), NPH_FILE_UNKNOWN);
+    ck_assert_int_eq(KIND("\x7f"
+                          "ELF: x\n"),
+                     NPH_FILE_UNKNOWN);
 }
 END_TEST
 
@@ -75,8 +77,10 @@ START_TEST(files_are_opened_and_what_cannot_be_is_refused) {
     static const struct {
         const char *name;
         NphFileKind kind;
-    } files[] = {{"sunset256_half_piz.exr", NPH_FILE_EXR}, {"sunset256_half_dwaa.exr", NPH_FILE_EXR},
-                 {"sunset256.hdr", NPH_FILE_HDR},          {"sunset256_float.pfm", NPH_FILE_PFM},
+    } files[] = {{"sunset256_half_piz.exr", NPH_FILE_EXR},
+                 {"sunset256_half_dwaa.exr", NPH_FILE_EXR},
+                 {"sunset256.hdr", NPH_FILE_HDR},
+                 {"sunset256_float.pfm", NPH_FILE_PFM},
                  {"GROUND_TRUTH.txt", NPH_FILE_UNKNOWN}};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         char path[1200];

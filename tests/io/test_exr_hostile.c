@@ -11,9 +11,9 @@
 #include "io/file.h"
 #include "nephos/image.h"
 
-static const char *const sources[] = {"float_none", "float_piz", "float_pxr24", "float_zip",  "half_none", "half_piz",
-                                      "half_pxr24", "half_rle",  "half_zip",    "half_zips",  "half_b44",  "half_b44a",
-                                      "half_zip_tiled32"};
+static const char *const sources[] = {"float_none", "float_piz",  "float_pxr24",     "float_zip", "half_none",
+                                      "half_piz",   "half_pxr24", "half_rle",        "half_zip",  "half_zips",
+                                      "half_b44",   "half_b44a",  "half_zip_tiled32"};
 enum { SOURCES = sizeof sources / sizeof *sources };
 
 typedef struct Case {
@@ -45,7 +45,8 @@ static NphStatus read_bytes(Case *c, const char *bytes, size_t size) {
     NphImage image = {0};
     NphStatus status = nph_exr_read(c->context, c->path, &image);
     const char *messages = nph_test_messages();
-    if (status == NPH_OK) nph_image_free(c->context, &image);
+    if (status == NPH_OK)
+        nph_image_free(c->context, &image);
     else {
         ck_assert_msg(status == NPH_BAD_INPUT, "status %d: %s", status, messages);
         ck_assert_msg(strstr(messages, c->path) != NULL, "no path in: %s", messages);
@@ -91,8 +92,10 @@ START_TEST(flipped_bits_are_refused_or_decode_to_something) {
                 size_t room = i % 3 == 0 ? 1400 : c.size;
                 damaged[next_random(&random) % room] ^= (char)(1 << next_random(&random) % 8);
             }
-            if (read_bytes(&c, damaged, c.size) == NPH_OK) read++;
-            else refused++;
+            if (read_bytes(&c, damaged, c.size) == NPH_OK)
+                read++;
+            else
+                refused++;
         }
         nph_free(c.context, damaged);
         close_source(&c);
@@ -156,7 +159,8 @@ START_TEST(every_failing_allocation_is_reported_and_nothing_leaks) {
         NphContext *context = NULL;
         ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
         NphImage image = {0};
-        NphStatus status = nph_exr_read(context, nph_test_path("reference/data/env/exr_variants/sunset256_half_zip.exr"), &image);
+        NphStatus status =
+            nph_exr_read(context, nph_test_path("reference/data/env/exr_variants/sunset256_half_zip.exr"), &image);
         if (status == NPH_OK) status = nph_exr_write(context, nph_test_temporary("copy.exr"), &image);
         nph_image_free(context, &image);
         nph_test_context_close(context);
@@ -176,8 +180,9 @@ START_TEST(the_memory_limit_holds_for_the_planes) {
     NphContext *context = NULL;
     ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
     NphImage image = {0};
-    ck_assert_int_eq(nph_exr_read(context, nph_test_path("reference/data/env/exr_variants/sunset256_half_zip.exr"), &image),
-                     NPH_NO_MEMORY);
+    ck_assert_int_eq(
+        nph_exr_read(context, nph_test_path("reference/data/env/exr_variants/sunset256_half_zip.exr"), &image),
+        NPH_NO_MEMORY);
     nph_test_context_close(context);
 }
 END_TEST

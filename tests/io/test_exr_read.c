@@ -34,9 +34,9 @@ static void refused(const char *path, const char *word) {
     nph_test_context_close(context);
 }
 
-static const char *const lossless[] = {"float_none.exr", "float_piz.exr",  "float_pxr24.exr", "float_zip.exr",
-                                       "half_none.exr",  "half_piz.exr",   "half_pxr24.exr",  "half_rle.exr",
-                                       "half_zip.exr",   "half_zips.exr",  "half_zip_tiled32.exr"};
+static const char *const lossless[] = {"float_none.exr", "float_piz.exr", "float_pxr24.exr",     "float_zip.exr",
+                                       "half_none.exr",  "half_piz.exr",  "half_pxr24.exr",      "half_rle.exr",
+                                       "half_zip.exr",   "half_zips.exr", "half_zip_tiled32.exr"};
 
 START_TEST(every_lossless_encoding_gives_the_same_pixels) {
     NphContext *context = nph_test_context(1);
@@ -240,6 +240,34 @@ START_TEST(windows_are_kept_relative_to_the_display_window) {
 }
 END_TEST
 
+/* Compression that does not pay is left out chunk by chunk; the chunk's size alone says so. */
+START_TEST(a_chunk_as_large_as_its_pixels_is_raw_for_every_compression) {
+    for (int compression = 0; compression < 8; compression++) {
+        NphContext *context = nph_test_context(1);
+        Bytes b = {.size = 0};
+        ExrHeader h = plain_header(5, 2);
+        h.compression = compression;
+        h.pixel_type = 1;
+        put_magic(&b, 0);
+        put_header(&b, &h);
+        int chunks = compression == 0 || compression == 1 || compression == 2 ? 2 : 1; /* one line each, or all */
+        for (int i = 0; i < chunks; i++) put_little(&b, b.size + 8 * (size_t)(chunks - i) + (size_t)i * 18, 8);
+        for (int i = 0; i < chunks; i++) {
+            put_int(&b, i);
+            put_int(&b, 20 / chunks);
+            for (int k = 0; k < 10 / chunks; k++) put_little(&b, 0x3c00u + (unsigned)(100 * (10 / chunks * i + k)), 2);
+        }
+        NphImage image = {0};
+        NphStatus status = nph_exr_read(context, save(&b, nph_test_temporary("raw.exr")), &image);
+        ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+        for (int i = 0; i < 10; i++)
+            ck_assert_float_eq(image.channels[0].pixels[i], nph_float_from_half((uint16_t)(0x3c00 + 100 * i)));
+        nph_image_free(context, &image);
+        nph_test_context_close(context);
+    }
+}
+END_TEST
+
 static int levels_of(int size) { return size < 2 ? 1 : 1 + levels_of(size / 2); }
 
 /* All levels, rounding down; level (0, 0) holds samples, the others -1. */
@@ -259,7 +287,8 @@ static int put_tiles(Bytes *b, const ExrHeader *h, int dry) {
             for (int ty = 0; ty * size < hh; ty++)
                 for (int tx = 0; tx * size < w; tx++, count++) {
                     if (dry) continue;
-                    int tw = w - tx * size < size ? w - tx * size : size, th = hh - ty * size < size ? hh - ty * size : size;
+                    int tw = w - tx * size < size ? w - tx * size : size,
+                        th = hh - ty * size < size ? hh - ty * size : size;
                     size_t here = b->size;
                     b->size = table + 8 * (size_t)count;
                     put_little(b, here, 8);
@@ -345,7 +374,8 @@ START_TEST(deep_and_subsampled_files_are_refused_by_name) {
 END_TEST
 
 START_TEST(a_header_that_promises_more_than_its_file_is_refused_before_allocation) {
-    static const int sizes[][2] = {{1000000000, 1000000000}, {1000000000, 1}, {1, 1000000000}, {2000, 1000}, {46341, 46341}};
+    static const int sizes[][2] = {
+        {1000000000, 1000000000}, {1000000000, 1}, {1, 1000000000}, {2000, 1000}, {46341, 46341}};
     for (int compression = 0; compression < 8; compression++)
         for (int tiled = 0; tiled < 2; tiled++)
             for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
@@ -399,6 +429,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, unreadable_kinds_are_refused_by_name);
     tcase_add_test(cases, both_line_orders_put_the_first_line_on_top);
     tcase_add_test(cases, windows_are_kept_relative_to_the_display_window);
+    tcase_add_test(cases, a_chunk_as_large_as_its_pixels_is_raw_for_every_compression);
     tcase_add_test(cases, tiles_of_one_level_mip_and_rip_levels_read_their_full_picture);
     tcase_add_test(cases, of_several_parts_the_first_is_read_and_that_is_said);
     tcase_add_test(cases, deep_and_subsampled_files_are_refused_by_name);

@@ -39,8 +39,9 @@ static void fill_plane(float *pixels, size_t count, uint32_t seed) {
     }
 }
 
-static const char *const names[] = {"R", "G", "B", "A", "Variance.R", "Variance.G", "Variance.B", "Vov.R", "N", "Z",
-                                    "Order.Y", "a layer whose name is longer than thirty-one bytes.Y"};
+static const char *const names[] = {
+    "R",          "G",     "B", "A", "Variance.R", "Variance.G",
+    "Variance.B", "Vov.R", "N", "Z", "Order.Y",    "a layer whose name is longer than thirty-one bytes.Y"};
 enum { NAMES = sizeof names / sizeof *names };
 
 static void make(NphContext *context, int width, int height, int reversed, NphImage *image) {
@@ -57,7 +58,8 @@ static void make(NphContext *context, int width, int height, int reversed, NphIm
     ck_assert_int_eq(nph_image_set_number(context, image, "gain", NPH_ATTRIBUTE_FLOAT, 0.1), NPH_OK);
     ck_assert_int_eq(nph_image_set_number(context, image, "samples", NPH_ATTRIBUTE_DOUBLE, 0.1), NPH_OK);
     ck_assert_int_eq(nph_image_set_number(context, image, "an attribute's name of more than thirty-one bytes",
-                                          NPH_ATTRIBUTE_DOUBLE, 1e300), NPH_OK);
+                                          NPH_ATTRIBUTE_DOUBLE, 1e300),
+                     NPH_OK);
 }
 
 static void check_same(const NphImage *a, const NphImage *b) {
@@ -131,6 +133,32 @@ START_TEST(equal_images_are_equal_bytes_whatever_order_their_channels_were_added
         ck_assert_mem_eq(bytes[i], bytes[0], sizes[0]);
     }
     for (int i = 0; i < 3; i++) nph_free(context, bytes[i]);
+    nph_test_context_close(context);
+}
+END_TEST
+
+/* Chunks of 16 lines of noise, each with a few zeros more than the last, so that deflate's result passes through the
+ * chunk's own size, at which the file says no more whether it is deflated. */
+START_TEST(noise_that_deflates_to_about_its_own_size_comes_back) {
+    NphContext *context = nph_test_context(1);
+    NphImage image = {0}, again = {0};
+    enum { WIDTH = 7, CHUNK = 16 * WIDTH, CHUNKS = 800 };
+    float *pixels = NULL;
+    uint32_t random = 3;
+    ck_assert_int_eq(nph_image_new(context, WIDTH, 16 * CHUNKS, &image), NPH_OK);
+    ck_assert_int_eq(nph_image_add_channel(context, &image, "Y", &pixels), NPH_OK);
+    for (int i = 0; i < CHUNK * CHUNKS; i++) {
+        uint32_t bytes = 0;
+        for (int k = 0; k < 4; k++) {
+            random = random * 1664525u + 1013904223u;
+            bytes = bytes << 8 | random >> 24;
+        }
+        pixels[i] = i % CHUNK < i / CHUNK % 20 ? 0 : float_of(bytes);
+    }
+    ck_assert_int_eq(write_and_read(context, &image, &again), NPH_OK);
+    check_same(&image, &again);
+    nph_image_free(context, &again);
+    nph_image_free(context, &image);
     nph_test_context_close(context);
 }
 END_TEST
@@ -251,6 +279,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, channels_attributes_and_windows_come_back_to_the_bit);
     tcase_add_test(cases, equal_images_are_equal_bytes_whatever_order_their_channels_were_added_in);
+    tcase_add_test(cases, noise_that_deflates_to_about_its_own_size_comes_back);
     tcase_add_test(cases, half_and_integer_channels_keep_their_type_and_value);
     tcase_add_test(cases, half_rounds_to_nearest_even_and_is_exact_both_ways);
     tcase_add_test(cases, a_full_disk_at_any_point_is_reported_and_leaves_the_old_file);

@@ -93,7 +93,8 @@ START_TEST(folders_pipes_devices_and_missing_files_are_refused_for_reading) {
     NphContext *context = nph_test_context(1);
     char *bytes = NULL;
     size_t size = 77;
-    const char *folder = nph_test_temporary(""), *pipe_ = nph_test_temporary("pipe"), *none = nph_test_temporary("none");
+    const char *folder = nph_test_temporary(""), *pipe_ = nph_test_temporary("pipe"),
+               *none = nph_test_temporary("none");
     ck_assert_int_eq(mkfifo(pipe_, 0600), 0);
     refused(nph_file_read(context, folder, &bytes, &size), NPH_BAD_INPUT, folder, "is a folder");
     refused(nph_file_read(context, pipe_, &bytes, &size), NPH_BAD_INPUT, pipe_, "not a regular file");
