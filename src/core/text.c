@@ -97,16 +97,17 @@ int nph_parse_int(const char *text, int64_t *value) {
 }
 
 const char *nph_format_double(double value, char text[NPH_DOUBLE_TEXT]) {
+    char digits[NPH_DOUBLE_TEXT];
     Neutral state;
     if (value != value) return strcpy(text, "nan");
     if (value == HUGE_VAL || value == -HUGE_VAL) return strcpy(text, value > 0 ? "inf" : "-inf");
     int neutral = enter_neutral(&state);
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, NPH_DOUBLE_TEXT, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) break;
+    for (int count = 15; count <= 17; count++) {
+        snprintf(digits, sizeof digits, "%.*g", count, value);
+        if (strtod(digits, NULL) == value) break;
     }
     if (neutral) leave_neutral(&state);
-    return text;
+    return strcpy(text, digits);
 }
 
 const char *nph_format_rounded(double value, int digits, char text[NPH_DOUBLE_TEXT]) {

@@ -51,14 +51,20 @@ struct NphScene {
     NphLight lights[NPH_MAX_LIGHTS];
     int64_t default_spp;                /* render: section; overridden by the command line */
     uint32_t default_seed;
-    uint8_t digest[16];                 /* XXH128 of everything above that can change a picture, file contents included,
-                                           paths, comments and defaults written out or not making no difference */
+    uint8_t digest[16];                 /* XXH128 (canonical) of sensor, media and lights with the contents of their
+                                           files; names, paths, comments, order of keys, defaults written out or not,
+                                           and the render: section (part of a run, not of the scene) do not enter */
 };
 
 /* Bounding box in world space of all media that have one (a layer counts in z only); lo > hi when there is none. */
 void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]);
 
-/* A 3x4 row-major affine map: out = a after b; inverse (NPH_BAD_SCENE when singular is checked at parsing). */
+/* The same of one medium; a layer's x and y are -+HUGE_VAL. */
+void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]);
+
+/* A 3x4 row-major affine map: out = a after b (out may be a or b). inverse: 0, out untouched, when it is singular: its
+ * columns span less than 1e-12 of a box with edges of their lengths. */
+void nph_affine_identity(double out[12]);
 void nph_affine_multiply(const double a[12], const double b[12], double out[12]);
 int nph_affine_invert(const double a[12], double out[12]);
 

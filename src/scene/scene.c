@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Scenes from files and from memory: bytes, document, sections, files, digest, in this order; each step only when the one
+ * before left no mistake. */
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "core/memory.h"
+#include "io/file.h"
+#include "scene/scene_read.h"
+
+static void free_scene_parts(NphContext *context, NphScene *scene) {
+    for (int i = 0; i < scene->medium_count; i++) {
+        nph_free(context, scene->media[i].name);
+        nph_grid_free(context, &scene->media[i].grid);
+    }
+    for (int i = 0; i < scene->light_count; i++) {
+        nph_free(context, scene->lights[i].name);
+    }
+    nph_free(context, scene->name);
+}
+
+void nph_scene_free(NphContext *context, NphScene *scene) {
+    if (!scene) return;
+    free_scene_parts(context, scene);
+    nph_free(context, scene);
+}
+
+static void read_render(NphSceneReader *reader, const NphSceneValue *value) {
+    NphSceneSection render;
+    const NphSceneValue *samples, *seed;
+    reader->scene->default_spp = 64;
+    reader->scene->default_seed = 1;
+    if (!value || !nph_section_read(reader, value->node, "render", &render)) return;
+    if ((samples = nph_section_value(&render, "samples"))) reader->scene->default_spp = (int64_t)samples->number[0];
+    if ((seed = nph_section_value(&render, "seed"))) reader->scene->default_seed = (uint32_t)seed->number[0];
+}
+
+static NphStatus read_sections(NphSceneReader *reader) {
+    NphSceneSection scene;
+    const NphSceneValue *value;
+    if (!nph_section_read(reader, yaml_document_get_root_node(&reader->document), "scene", &scene)) return NPH_OK;
+    if ((value = nph_section_value(&scene, "camera"))) nph_scene_read_camera(reader, value->node);
+    if ((value = nph_section_value(&scene, "media"))) NPH_TRY(nph_scene_read_media(reader, value->node));
+    if ((value = nph_section_value(&scene, "lights"))) NPH_TRY(nph_scene_read_lights(reader, value->node));
+    read_render(reader, nph_section_value(&scene, "render"));
+    return NPH_OK;
+}
+
+static NphStatus read_scene(NphSceneReader *reader, const char *text, size_t size) {
+    NPH_TRY(nph_scene_document(reader, text, size));
+    if (reader->has_document) NPH_TRY(read_sections(reader));
+    if (reader->mistakes == 0 && reader->bad_inputs == 0) NPH_TRY(nph_scene_load_files(reader));
+    if (reader->mistakes) return NPH_BAD_SCENE;
+    if (reader->bad_inputs) return NPH_BAD_INPUT;
+    return nph_scene_digest(reader->context, reader->scene);
+}
+
+static const char *base_name(const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+static void close_reader(NphSceneReader *reader) {
+    if (reader->has_document) yaml_document_delete(&reader->document);
+    for (int i = 0; i < NPH_MAX_MEDIA; i++) nph_free(reader->context, reader->volumes[i].path);
+    for (int i = 0; i < NPH_MAX_LIGHTS; i++) nph_free(reader->context, reader->maps[i].path);
+    nph_free(reader->context, reader);
+}
+
+NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, const char *name, const char *folder,
+                          NphScene **scene) {
+    NphSceneReader *reader = NULL;
+    NphScene *made = NULL;
+    NPH_TRY(NPH_NEW(context, 1, "scene reader", &reader));
+    reader->context = context;
+    reader->name = name;
+    reader->folder = folder && folder[0] ? folder : ".";
+    NphStatus status = NPH_NEW(context, 1, "scene", &made);
+    if (status == NPH_OK) {
+        reader->scene = made;
+        status = nph_strdup(context, base_name(name), &made->name);
+    }
+    if (status == NPH_OK) status = read_scene(reader, text, size);
+    close_reader(reader);
+    if (status != NPH_OK) {
+        nph_scene_free(context, made);
+        return status;
+    }
+    *scene = made;
+    return NPH_OK;
+}
+
+NphStatus nph_scene_load(NphContext *context, const char *path, NphScene **scene) {
+    char *bytes = NULL, *folder = NULL;
+    size_t size = 0, length = (size_t)(base_name(path) - path);
+    struct stat facts;
+    if (stat(path, &facts) == 0 && facts.st_size > NPH_SCENE_BYTES)
+        return nph_error(context, NPH_BAD_SCENE, "%s:1:1: " NPH_SCENE_TOO_LARGE, path, (int)NPH_SCENE_BYTES,
+                         (unsigned long long)facts.st_size);
+    NphStatus status = nph_file_read(context, path, &bytes, &size);
+    if (status != NPH_OK) return status == NPH_BAD_INPUT ? NPH_BAD_SCENE : status; /* the scene is what is missing */
+    status = nph_strdup(context, path, &folder);
+    if (status == NPH_OK) {
+        folder[length > 1 ? length - 1 : length] = 0; /* "a/b.yaml" -> "a", "/b.yaml" -> "/", "b.yaml" -> "" */
+        status = nph_scene_parse(context, bytes, size, path, folder, scene);
+    }
+    nph_free(context, folder);
+    nph_free(context, bytes);
+    return status;
+}

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The digest of a scene: XXH3 (128 bits) over its values one by one in little-endian order, never over the memory of
+ * structs; -0 counts as 0. Only what the kind of a thing uses enters. */
+#include <string.h>
+#include <xxhash.h>
+
+#include "core/memory.h"
+#include "scene/scene_read.h"
+
+enum { NPH_DIGEST_BYTES = 4096 };
+
+typedef struct Digest {
+    XXH3_state_t *state;
+    size_t used;
+    unsigned char bytes[NPH_DIGEST_BYTES];
+} Digest;
+
+static void flush(Digest *digest) {
+    XXH3_128bits_update(digest->state, digest->bytes, digest->used);
+    digest->used = 0;
+}
+
+static void put(Digest *digest, uint64_t value, int bytes) {
+    if (digest->used + 8 > NPH_DIGEST_BYTES) flush(digest);
+    for (int i = 0; i < bytes; i++) digest->bytes[digest->used++] = (unsigned char)(value >> (8 * i));
+}
+
+static void put_int(Digest *digest, int64_t value) { put(digest, (uint64_t)value, 8); }
+
+static void put_doubles(Digest *digest, const double *values, int64_t count) {
+    for (int64_t i = 0; i < count; i++) {
+        uint64_t bits = 0;
+        if (values[i] != 0) memcpy(&bits, &values[i], sizeof bits);
+        put(digest, bits, 8);
+    }
+}
+
+static void put_floats(Digest *digest, const float *values, int64_t count) {
+    for (int64_t i = 0; i < count; i++) {
+        uint32_t bits = 0;
+        if (values[i] != 0) memcpy(&bits, &values[i], sizeof bits);
+        put(digest, bits, 4);
+    }
+}
+
+static void put_sensor(Digest *digest, const NphSensor *sensor) {
+    put_int(digest, sensor->kind);
+    put_int(digest, sensor->width);
+    put_int(digest, sensor->height);
+    for (int i = 0; i < 4; i++) put_int(digest, sensor->crop[i]);
+    put_doubles(digest, sensor->position, 3);
+    put_doubles(digest, sensor->right, 3);
+    put_doubles(digest, sensor->up, 3);
+    put_doubles(digest, sensor->forward, 3);
+    put_doubles(digest, sensor->half_size, 2);
+}
+
+/* Brick after brick as the index orders them, so that how equal bricks are shared makes no difference. */
+static void put_grid(Digest *digest, const NphGrid *grid) {
+    int64_t bricks = (int64_t)grid->bricks[0] * grid->bricks[1] * grid->bricks[2];
+    for (int i = 0; i < 3; i++) put_int(digest, grid->n[i]);
+    put_int(digest, grid->lookup);
+    put_doubles(digest, grid->lo, 3);
+    put_doubles(digest, grid->hi, 3);
+    for (int64_t i = 0; i < bricks; i++) {
+        int32_t brick = grid->brick_index[i];
+        put_int(digest, brick != 0);
+        if (brick) put_floats(digest, grid->values + (int64_t)brick * NPH_BRICK_STRIDE,
+                              NPH_BRICK_EDGE * NPH_BRICK_EDGE * NPH_BRICK_EDGE);
+    }
+}
+
+static void put_medium(Digest *digest, const NphMedium *medium) {
+    put_int(digest, medium->shape);
+    if (medium->shape == NPH_SHAPE_GRID) put_grid(digest, &medium->grid);
+    else {
+        put_doubles(digest, medium->lo, 3);
+        put_doubles(digest, medium->hi, 3);
+    }
+    put_doubles(digest, medium->world_from_medium, 12);
+    put_doubles(digest, medium->extinction_per_m, 3);
+    put_doubles(digest, medium->albedo, 3);
+    put_int(digest, medium->phase.kind);
+    put_doubles(digest, medium->phase.g, 2);
+    put_doubles(digest, &medium->phase.weight, 1);
+}
+
+static void put_light(Digest *digest, const NphLight *light) {
+    put_int(digest, light->kind);
+    switch (light->kind) {
+    case NPH_LIGHT_SUN:
+        put_doubles(digest, light->direction, 3);
+        put_doubles(digest, light->irradiance, 3);
+        put_doubles(digest, &light->half_angle_rad, 1);
+        break;
+    case NPH_LIGHT_CONSTANT:
+        put_doubles(digest, light->radiance, 3);
+        put_int(digest, light->hemisphere);
+        break;
+    case NPH_LIGHT_ENVIRONMENT:
+        put_int(digest, light->map.width);
+        put_int(digest, light->map.height);
+        put_floats(digest, light->map.radiance, (int64_t)light->map.width * light->map.height * 3);
+        put_doubles(digest, &light->rotation_rad, 1);
+        break;
+    case NPH_LIGHT_POINT:
+        put_doubles(digest, light->position, 3);
+        put_doubles(digest, light->intensity, 3);
+        break;
+    }
+}
+
+NphStatus nph_scene_digest(NphContext *context, NphScene *scene) {
+    Digest digest = {0};
+    digest.state = XXH3_createState();
+    if (!digest.state) return nph_error(context, NPH_NO_MEMORY, "out of memory: state of the scene's digest");
+    XXH3_128bits_reset(digest.state);
+    put_sensor(&digest, &scene->sensor);
+    put_int(&digest, scene->medium_count);
+    for (int i = 0; i < scene->medium_count; i++) put_medium(&digest, &scene->media[i]);
+    put_int(&digest, scene->light_count);
+    for (int i = 0; i < scene->light_count; i++) put_light(&digest, &scene->lights[i]);
+    flush(&digest);
+    XXH128_canonical_t canonical;
+    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(digest.state));
+    memcpy(scene->digest, canonical.digest, sizeof scene->digest);
+    XXH3_freeState(digest.state);
+    return NPH_OK;
+}

@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The files a scene names: whether they are there is checked while reading, their contents are loaded once the scene
+ * itself has no mistakes. A damaged file is named with its own message by its reader, then with its place in the scene. */
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/memory.h"
+#include "core/text.h"
+#include "field/cloud.h"
+#include "field/grid.h"
+#include "scene/scene_read.h"
+
+static const double MOST_PER_M = 1e9;
+
+NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, char **path) {
+    char *full = NULL, quote[NPH_QUOTE_BYTES], reason[96] = "it is not a regular file";
+    const char *folder = value->text[0] == '/' ? "" : reader->folder, *slash = folder[0] ? "/" : "";
+    size_t size = strlen(folder) + strlen(slash) + strlen(value->text) + 1;
+    NPH_TRY(NPH_NEW(reader->context, size, "path", &full));
+    snprintf(full, size, "%s%s%s", folder, slash, value->text);
+    struct stat facts;
+    int regular = stat(full, &facts) == 0 && S_ISREG(facts.st_mode) && access(full, R_OK) == 0;
+    if (!regular) {
+        if (errno) strerror_r(errno, reason, sizeof reason);
+        nph_scene_bad_input(reader, value->place, "%s %s cannot be read: %s (looked up as %s)", what,
+                            nph_node_quote(value->node, quote), reason, full);
+    }
+    *path = full;
+    return NPH_OK;
+}
+
+/* Each point is the middle of a voxel: half a spacing around the outermost points. */
+static NphStatus widen_to_cells(NphContext *context, const NphLes *les, const char *path, double lo[3], double hi[3]) {
+    int64_t levels = les->lwc_g_per_m3.shape[0];
+    if (levels < 2)
+        return nph_error(context, NPH_BAD_INPUT, "%s: has one level only, so the height of its cells is unknown", path);
+    double half[3] = {les->spacing_m[0] / 2, les->spacing_m[1] / 2, (hi[2] - lo[2]) / (double)(levels - 1) / 2};
+    for (int axis = 0; axis < 3; axis++) {
+        lo[axis] -= half[axis];
+        hi[axis] += half[axis];
+    }
+    return NPH_OK;
+}
+
+static NphStatus load_les(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
+    NphLes les = {0};
+    NphArray density = {0};
+    double lo[3], hi[3];
+    NPH_TRY(nph_les_read(context, file->path, &les));
+    NphStatus status = nph_cloud_extinction(context, &les, file->path, &density, lo, hi);
+    if (status == NPH_OK && file->centring == NPH_CENTRING_CELL) status = widen_to_cells(context, &les, file->path, lo, hi);
+    if (status == NPH_OK)
+        status = nph_grid_from_array(context, &density, lo, hi, file->centring, file->outside, file->lookup, file->path, grid);
+    nph_array_free(context, &density);
+    nph_les_free(context, &les);
+    return status;
+}
+
+static NphStatus load_npy(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
+    NphArray density = {0};
+    NPH_TRY(nph_npy_read(context, file->path, &density));
+    NphStatus status = nph_grid_from_array(context, &density, file->lo, file->hi, file->centring, file->outside,
+                                           file->lookup, file->path, grid);
+    nph_array_free(context, &density);
+    return status;
+}
+
+static NphStatus load_nvdb(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
+    NphVolume volume = {0};
+    NPH_TRY(nph_nvdb_read(context, file->path, file->grid, &volume));
+    NphStatus status = nph_grid_from_volume(context, &volume, file->centring, file->lookup, file->path, grid);
+    nph_volume_free(context, &volume);
+    return status;
+}
+
+static NphStatus load_volume(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
+    switch ((NphVolumeKind)file->kind) {
+    case NPH_VOLUME_NVDB: return load_nvdb(context, file, grid);
+    case NPH_VOLUME_NPY: return load_npy(context, file, grid);
+    case NPH_VOLUME_LES: return load_les(context, file, grid);
+    }
+    return NPH_BAD_INPUT;
+}
+
+/* A file's own failure is noted at its place and the next one is tried; what concerns the run ends it. */
+static NphStatus note(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphStatus status) {
+    if (status == NPH_OK || status == NPH_NO_MEMORY || status == NPH_INTERRUPTED) return status;
+    nph_scene_bad_input(reader, file->place, "this %s cannot be used: %s", what, file->path);
+    return NPH_OK;
+}
+
+/* What only the loaded grid tells: where it lies, and how dense it is. */
+static void check_grid(NphSceneReader *reader, const NphSceneFile *file, NphMedium *medium) {
+    char most[NPH_DOUBLE_TEXT], product[NPH_DOUBLE_TEXT];
+    double inverse[12];
+    nph_affine_multiply(medium->world_from_medium, medium->grid.world_from_lattice, medium->world_from_medium);
+    if (!nph_affine_invert(medium->world_from_medium, inverse)) {
+        nph_scene_mistake(reader, file->place, "the volume's own transform and the scene's flatten space together");
+        return;
+    }
+    nph_scene_check_reach(reader, file->place, medium);
+    for (int i = 0; i < 3; i++) {
+        double extinction = medium->extinction_per_m[i] * (double)medium->grid.max;
+        if (extinction <= MOST_PER_M) continue;
+        nph_scene_mistake(reader, file->extinction_place, "extinction times the volume's largest density, %s, is %s 1/m; "
+                          "at most 1e9 1/m is allowed", nph_format_double((double)medium->grid.max, most),
+                          nph_format_double(extinction, product));
+        return;
+    }
+}
+
+NphStatus nph_scene_load_files(NphSceneReader *reader) {
+    NphScene *scene = reader->scene;
+    for (int i = 0; i < scene->medium_count; i++) {
+        const NphSceneFile *file = &reader->volumes[i];
+        NphMedium *medium = &scene->media[i];
+        int bad = reader->bad_inputs;
+        if (!file->path) continue;
+        NPH_TRY(note(reader, file, "volume", load_volume(reader->context, file, &medium->grid)));
+        if (reader->bad_inputs == bad) check_grid(reader, file, medium);
+    }
+    for (int i = 0; i < scene->light_count; i++) {
+        const NphSceneFile *file = &reader->maps[i];
+        if (!file->path) continue;
+        nph_scene_bad_input(reader, file->place, "environment maps cannot be read by this build");
+    }
+    return NPH_OK;
+}

@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Every key of a scene file. After a change run the test scene_docs with NEPHOS_UPDATE_DOCS=1 to renew docs/scene.md and
+ * docs/scene.schema.json. */
+#include "scene/scene_keys.h"
+
+#define FAR_M 1e12       /* coordinates: beyond, an f64 cannot tell a tenth of a millimetre */
+#define MOST_PER_M 1e9   /* extinction times the largest density */
+#define MOST_LIGHT 1e35  /* below f32's end with room for a sum of lights */
+#define MOST_G 0.99999
+
+#define CAMERAS "perspective|orthographic|flux"
+#define PHASES "isotropic|hg|two_lobe|rayleigh"
+#define LIGHTS "sun|constant|environment|point"
+
+const char nph_key_required[] = "required";
+
+const NphSceneSectionInfo nph_scene_sections[] = {
+    {"scene", "the scene", NULL, NULL, "The file is one mapping."},
+    {"camera", "the camera", "type", CAMERAS,
+     "Where the picture is seen from. Pixels are square; x runs to the right, y downwards, row 0 is the top. "
+     "A `flux` camera is a rectangle whose pixels measure the irradiance [W/m2] that arrives from the hemisphere around "
+     "its direction, the direct beam of a sun included."},
+    {"medium", "a medium", NULL, NULL,
+     "What scatters and absorbs. Media may overlap: their coefficients add. Exactly one of `density`, `box` and `layer` "
+     "gives the shape; box and layer have density 1. Extinction is per metre of the world: a `scale` changes a medium's "
+     "size, not its extinction."},
+    {"density", "a density", "file", "nvdb|npy|txt",
+     "A density volume from a file, by its ending: `.nvdb`, `.npy` or `.txt`."},
+    {"transform", "a transform step", NULL, NULL,
+     "Steps applied in the order they are written, each a mapping of exactly one key. A medium with `layer` takes only "
+     "`translate`, a positive uniform `scale`, and `rotate` about z. A transform that flattens space is refused."},
+    {"rotate", "a rotation", NULL, NULL,
+     "Rotation about an axis through the origin, by the right-hand rule: about z, from +x towards +y."},
+    {"phase", "a phase function", "type", PHASES,
+     "How light is scattered. Left out: isotropic. Positive g is forward. hg is Henyey and Greenstein's function; "
+     "two_lobe is weight * hg(g) + (1 - weight) * hg(g2)."},
+    {"light", "a light", "type", LIGHTS,
+     "Directions point from the scene towards the light; azimuth counts from +x towards +y. In the middle of an "
+     "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y."},
+    {"render", "render", NULL, NULL, "Defaults of a run; the command line has the last word."},
+};
+const int nph_scene_section_count = (int)(sizeof nph_scene_sections / sizeof nph_scene_sections[0]);
+
+const NphSceneRule nph_scene_rules[] = {
+    {"camera", NULL, "look_at|direction"},
+    {"medium", NULL, "density|box|layer"},
+    {"medium", NULL, "extinction albedo?|scattering? absorption?"},
+    {"transform", NULL, "scale|rotate|translate|matrix"},
+    {"light", "sun", "direction|elevation azimuth"},
+};
+const int nph_scene_rule_count = (int)(sizeof nph_scene_rules / sizeof nph_scene_rules[0]);
+
+#define REQUIRED nph_key_required
+
+const NphSceneKey nph_scene_keys[] = {
+    {"scene", "nephos", NPH_KEY_WHOLE, 1, 1, "", NULL, REQUIRED, NULL, "Version of this format."},
+    {"scene", "camera", NPH_KEY_SECTION, 0, 0, "", "camera", REQUIRED, NULL, "The camera or flux sensor."},
+    {"scene", "media", NPH_KEY_LIST, 0, 64, "", "medium", NULL, NULL, "The media; none: empty space."},
+    {"scene", "lights", NPH_KEY_LIST, 0, 32, "", "light", NULL, NULL, "The lights; none: darkness."},
+    {"scene", "render", NPH_KEY_SECTION, 0, 0, "", "render", NULL, NULL, "Defaults of a run."},
+
+    {"camera", "type", NPH_KEY_WORD, 0, 0, "", CAMERAS, "perspective", NULL, "Kind of camera."},
+    {"camera", "resolution", NPH_KEY_RESOLUTION, 1, 65536, "pixels", NULL, REQUIRED, NULL, "Width and height."},
+    {"camera", "position", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, REQUIRED, NULL,
+     "The eye; of orthographic and flux the middle of the rectangle."},
+    {"camera", "look_at", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, NULL, NULL,
+     "The point in the middle of the picture."},
+    {"camera", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, NULL,
+     "The viewing direction, of any length but 0."},
+    {"camera", "up", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, "[0, 0, 1]", NULL,
+     "What is up in the picture; must not be parallel to the viewing direction."},
+    {"camera", "fov", NPH_KEY_NUMBER, 0.001, 179, "degrees", NULL, REQUIRED, "perspective",
+     "Field of view across the shorter side of the picture."},
+    {"camera", "extent", NPH_KEY_NUMBER, 1e-9, FAR_M, "m", NULL, REQUIRED, "orthographic|flux",
+     "Length of the shorter side of the rectangle."},
+    {"camera", "crop", NPH_KEY_CROP, 0, 65536, "pixels", NULL, NULL, NULL,
+     "The part that is rendered: x0 <= x < x1, y0 <= y < y1; left out: the whole picture."},
+
+    {"medium", "name", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, NULL,
+     "For messages and plans; left out: medium0, medium1, ..."},
+    {"medium", "density", NPH_KEY_SECTION, 0, 0, "", "density", NULL, NULL, "Density from a file."},
+    {"medium", "box", NPH_KEY_BOX, -FAR_M, FAR_M, "m", NULL, NULL, NULL, "Density 1 within this box."},
+    {"medium", "layer", NPH_KEY_INTERVAL, -FAR_M, FAR_M, "m", NULL, NULL, NULL,
+     "Density 1 between these two heights, without end in x and y."},
+    {"medium", "transform", NPH_KEY_LIST, 0, 64, "", "transform", NULL, NULL,
+     "Steps from the medium's own space into the world; left out: none."},
+    {"medium", "extinction", NPH_KEY_RGB, 0, MOST_PER_M, "1/m", NULL, NULL, NULL,
+     "Extinction at density 1. Times the largest density it must not exceed 1e9 1/m."},
+    {"medium", "albedo", NPH_KEY_RGB, 0, 1, "", NULL, "1", NULL, "Scattered share of the extinction."},
+    {"medium", "scattering", NPH_KEY_RGB, 0, MOST_PER_M, "1/m", NULL, "0", NULL, "Scattering at density 1."},
+    {"medium", "absorption", NPH_KEY_RGB, 0, MOST_PER_M, "1/m", NULL, "0", NULL, "Absorption at density 1."},
+    {"medium", "phase", NPH_KEY_SECTION, 0, 0, "", "phase", NULL, NULL, "Phase function; left out: isotropic."},
+
+    {"density", "file", NPH_KEY_FILE, 1, 4095, "", NULL, REQUIRED, NULL,
+     "`.nvdb`: NanoVDB grid, its own transform gives metres. `.npy`: array with axes z, y, x. `.txt`: cloud field of "
+     "water content and effective radius, whose density is then its extinction in 1/m (use `extinction: 1`)."},
+    {"density", "grid", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, "nvdb",
+     "Name of the grid; left out: the only one, else `density`."},
+    {"density", "lookup", NPH_KEY_WORD, 0, 0, "", "trilinear|nearest", "trilinear", NULL, "Between the samples."},
+    {"density", "centring", NPH_KEY_WORD, 0, 0, "", "cell|point|vdb", "vdb", "nvdb",
+     "cell: values fill voxels; point: values stand on points, the field ends at the outermost ones; vdb: values stand on "
+     "points, the field falls to zero within one voxel outside."},
+    {"density", "centring", NPH_KEY_WORD, 0, 0, "", "cell|point", "cell", "npy",
+     "cell: the box is filled by the cells; point: the box is spanned by the outermost points."},
+    {"density", "centring", NPH_KEY_WORD, 0, 0, "", "cell|point", REQUIRED, "txt",
+     "Such files do not say: point, the field ends at the outermost points; cell, each point is the middle of a voxel."},
+    {"density", "outside", NPH_KEY_WORD, 0, 0, "", "zero|clamp", "zero", "npy|txt",
+     "What a trilinear lookup near the border of the box finds beyond it: zero, or the border's value."},
+    {"density", "box", NPH_KEY_BOX, -FAR_M, FAR_M, "m", NULL, REQUIRED, "npy", "Where the array lies."},
+
+    {"transform", "scale", NPH_KEY_FACTORS, -1e9, 1e9, "", NULL, NULL, NULL,
+     "Factor, or one for each axis; negative mirrors, 0 is refused."},
+    {"transform", "rotate", NPH_KEY_SECTION, 0, 0, "", "rotate", NULL, NULL, "Rotation."},
+    {"transform", "translate", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, NULL, NULL, "Shift."},
+    {"transform", "matrix", NPH_KEY_MATRIX, -FAR_M, FAR_M, "", NULL, NULL, NULL,
+     "Affine map: three rows of four, the fourth column is the shift."},
+
+    {"rotate", "axis", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, REQUIRED, NULL, "Axis, of any length but 0."},
+    {"rotate", "angle", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, REQUIRED, NULL, "Angle."},
+
+    {"phase", "type", NPH_KEY_WORD, 0, 0, "", PHASES, REQUIRED, NULL, "Kind of phase function."},
+    {"phase", "g", NPH_KEY_NUMBER, -MOST_G, MOST_G, "", NULL, REQUIRED, "hg|two_lobe", "Mean cosine (of the first lobe)."},
+    {"phase", "g2", NPH_KEY_NUMBER, -MOST_G, MOST_G, "", NULL, REQUIRED, "two_lobe", "Mean cosine of the second lobe."},
+    {"phase", "weight", NPH_KEY_NUMBER, 0, 1, "", NULL, REQUIRED, "two_lobe", "Share of the first lobe."},
+
+    {"light", "type", NPH_KEY_WORD, 0, 0, "", LIGHTS, REQUIRED, NULL, "Kind of light."},
+    {"light", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, "sun", "Towards the sun, of any length but 0."},
+    {"light", "elevation", NPH_KEY_NUMBER, -90, 90, "degrees", NULL, NULL, "sun", "Height above the horizon."},
+    {"light", "azimuth", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, NULL, "sun", "From +x towards +y."},
+    {"light", "irradiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m2", NULL, REQUIRED, "sun", "On a plane that faces the sun."},
+    {"light", "angular_diameter", NPH_KEY_NUMBER, 0, 180, "degrees", NULL, "0", "sun",
+     "0: parallel light; else at least 0.001: a disc of uniform radiance that gives the same irradiance."},
+    {"light", "radiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m2/sr", NULL, REQUIRED, "constant", "From every direction."},
+    {"light", "hemisphere", NPH_KEY_WORD, 0, 0, "", "all|upper|lower", "all", "constant",
+     "Light from all directions, from above (z > 0) or from below (z < 0) only."},
+    {"light", "file", NPH_KEY_FILE, 1, 4095, "", NULL, REQUIRED, "environment",
+     "OpenEXR image: latitude-longitude map of radiance."},
+    {"light", "rotation", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, "0", "environment",
+     "Turns the map about z, counterclockwise as seen from above."},
+    {"light", "scale", NPH_KEY_RGB, 0, MOST_LIGHT, "", NULL, "1", "environment", "Factor of the map's radiance."},
+    {"light", "position", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, REQUIRED, "point", "Where it stands."},
+    {"light", "intensity", NPH_KEY_RGB, 0, MOST_LIGHT, "W/sr", NULL, REQUIRED, "point", "The same in every direction."},
+
+    {"render", "samples", NPH_KEY_WHOLE, 1, 2147483647, "per pixel", NULL, "64", NULL, "Rounded up to a multiple of 16."},
+    {"render", "seed", NPH_KEY_WHOLE, 0, 4294967295.0, "", NULL, "1", NULL, "Of the random numbers."},
+};
+const int nph_scene_key_count = (int)(sizeof nph_scene_keys / sizeof nph_scene_keys[0]);

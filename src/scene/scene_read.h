@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Reading a scene file section by section after the table of keys. Mistakes are reported where they are found and
+ * counted; reading goes on, so that one run shows them all. Only running out of memory ends it at once. */
+#ifndef NPH_SCENE_READ_H
+#define NPH_SCENE_READ_H
+
+#include <yaml.h>
+
+#include "core/message.h"
+#include "scene/model.h"
+#include "scene/scene_keys.h"
+
+enum { NPH_SECTION_KEYS = 20, NPH_SHOWN_MISTAKES = 50, NPH_QUOTE_BYTES = 64, NPH_SCENE_BYTES = 1 << 20 };
+#define NPH_SCENE_TOO_LARGE "a scene file has at most %d bytes, this one has %llu; volumes and images stand in files of their own"
+
+typedef struct NphScenePlace {
+    int line, column; /* from 1 */
+} NphScenePlace;
+
+/* What a medium or light names and is loaded once the whole file has been checked. Texts belong to the document. */
+typedef struct NphSceneFile {
+    char *path; /* NULL: none */
+    const char *grid;
+    NphScenePlace place, extinction_place;
+    int kind; /* of a volume: NphVolumeKind */
+    NphCentring centring;
+    NphOutside outside;
+    NphLookup lookup;
+    double lo[3], hi[3];
+    double scale[3]; /* of an environment */
+} NphSceneFile;
+
+typedef enum NphVolumeKind { NPH_VOLUME_NVDB, NPH_VOLUME_NPY, NPH_VOLUME_LES } NphVolumeKind;
+
+typedef struct NphSceneReader {
+    NphContext *context;
+    NphScene *scene;
+    const char *name;   /* of the file, in messages */
+    const char *folder; /* where the files it names are looked up */
+    const char *text;   /* the bytes, without a byte order mark */
+    size_t size;
+    yaml_document_t document;
+    int has_document;
+    int mistakes;   /* in the scene */
+    int bad_inputs; /* in files it names */
+    NphSceneFile volumes[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS];
+} NphSceneReader;
+
+typedef struct NphSceneValue {
+    int given; /* written in the file */
+    int valid; /* usable: written and right, or the default */
+    NphScenePlace place;
+    double number[12];  /* rgb and factors are always three */
+    int word;           /* index into the key's words */
+    const char *text;
+    const yaml_node_t *node;
+} NphSceneValue;
+
+typedef struct NphSceneSection {
+    const NphSceneSectionInfo *info;
+    const yaml_node_t *node;
+    NphScenePlace place;
+    char variant[16]; /* "" where there is none or it is unknown */
+    int variant_unknown;
+    const NphSceneKey *keys;
+    int count;
+    int chosen[4]; /* alternative taken of each rule of the section, in the table's order; -1: none or several */
+    NphSceneValue values[NPH_SECTION_KEYS];
+} NphSceneSection;
+
+/* scene_yaml.c: checks the bytes and loads reader->document. NPH_NO_MEMORY, else NPH_OK: see has_document, mistakes. */
+NphStatus nph_scene_document(NphSceneReader *reader, const char *text, size_t size);
+
+/* scene_report.c */
+NphScenePlace nph_node_place(const yaml_node_t *node);
+void nph_scene_mistake(NphSceneReader *reader, NphScenePlace place, const char *format, ...) NPH_PRINTF(3, 4);
+/* Also counts in bad_inputs instead of mistakes. */
+void nph_scene_bad_input(NphSceneReader *reader, NphScenePlace place, const char *format, ...) NPH_PRINTF(3, 4);
+/* What a node says, cut and made printable, or what it is ("a list"). buffer: NPH_QUOTE_BYTES. Returns buffer. */
+const char *nph_node_quote(const yaml_node_t *node, char *buffer);
+const char *nph_text_quote(const char *text, size_t length, char *buffer);
+
+/* scene_value.c: one value of a key; 0 when mistakes were reported. */
+int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value);
+void nph_value_default(const NphSceneKey *key, NphSceneValue *value);
+/* 1 for an empty value or null. */
+int nph_node_is_null(const yaml_node_t *node);
+
+/* scene_section.c: all keys of a mapping; 0 when it is no mapping. Mistakes within leave values invalid. */
+int nph_section_read(NphSceneReader *reader, const yaml_node_t *node, const char *name, NphSceneSection *section);
+/* The value of a key when it is usable, else NULL. */
+const NphSceneValue *nph_section_value(const NphSceneSection *section, const char *key);
+
+/* scene_camera.c, scene_media.c, scene_transform.c, scene_lights.c: from sections to the model. */
+void nph_scene_read_camera(NphSceneReader *reader, const yaml_node_t *node);
+NphStatus nph_scene_read_media(NphSceneReader *reader, const yaml_node_t *list);
+NphStatus nph_scene_read_lights(NphSceneReader *reader, const yaml_node_t *list);
+void nph_scene_check_reach(NphSceneReader *reader, NphScenePlace place, const NphMedium *medium);
+/* 0 after mistakes. layer: only what keeps a layer level. */
+int nph_scene_read_transform(NphSceneReader *reader, const yaml_node_t *list, int layer, double world_from_medium[12]);
+
+/* scene_files.c: the path of a file named at a place; a file that cannot be read is reported as bad input. */
+NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, char **path);
+NphStatus nph_scene_load_files(NphSceneReader *reader);
+
+/* affine.c */
+int nph_vector_normalise(const double vector[3], double unit[3]); /* 0 for length 0 */
+void nph_vector_cross(const double a[3], const double b[3], double out[3]);
+
+/* scene_digest.c */
+NphStatus nph_scene_digest(NphContext *context, NphScene *scene);
+
+#endif
