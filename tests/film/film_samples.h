@@ -81,26 +81,32 @@ static inline NphFilm *full_film(NphContext *context, const Shape *shape, int pr
     return film;
 }
 
+/* The same bits; one NaN is as good as another. */
+static inline int same_double(double a, double b) { return a != a ? b != b : memcmp(&a, &b, sizeof a) == 0; }
+
+static inline int tiles_equal(const NphFilm *a, const NphFilm *b, int64_t tile) {
+    NphNode nodes[NPH_MAX_NODES];
+    const NphNonfinite *p = &a->nonfinite[tile], *q = &b->nonfinite[tile];
+    if (a->chunks[tile] != b->chunks[tile] || p->count != q->count || p->x != q->x || p->y != q->y || p->sample != q->sample)
+        return 0;
+    int origin[2], inside[4], planes = nph_film_tile_nodes(a, tile, nodes) * a->values;
+    nph_film_tile_rect(a, tile, origin, inside);
+    for (int plane = 0; plane < planes; plane++)
+        for (int y = inside[1]; y < inside[3]; y++)
+            for (int x = inside[0]; x < inside[2]; x++) {
+                int at = plane * NPH_TILE_PIXELS + (y - origin[1]) * NPH_TILE + x - origin[0];
+                if (!same_double(nph_film_node(a, tile, 0)[at], nph_film_node(b, tile, 0)[at])) return 0;
+            }
+    return 1;
+}
+
 /* The same shape and bit for bit the same nodes and reports, inside the crop. */
 static inline int films_equal(const NphFilm *a, const NphFilm *b) {
     if (a->width != b->width || a->height != b->height || memcmp(a->crop, b->crop, sizeof a->crop) || a->channels != b->channels ||
         a->chunk_begin != b->chunk_begin || a->chunk_end != b->chunk_end || a->tile_count != b->tile_count)
         return 0;
-    for (int64_t tile = 0; tile < a->tile_count; tile++) {
-        NphNode nodes[NPH_MAX_NODES];
-        const NphNonfinite *p = &a->nonfinite[tile], *q = &b->nonfinite[tile];
-        if (a->chunks[tile] != b->chunks[tile] || p->count != q->count || p->x != q->x || p->y != q->y || p->sample != q->sample)
-            return 0;
-        int origin[2], inside[4], planes = nph_film_tile_nodes(a, tile, nodes) * a->values;
-        nph_film_tile_rect(a, tile, origin, inside);
-        for (int plane = 0; plane < planes; plane++)
-            for (int y = inside[1]; y < inside[3]; y++) {
-                int at = plane * NPH_TILE_PIXELS + (y - origin[1]) * NPH_TILE + inside[0] - origin[0];
-                if (memcmp(nph_film_node(a, tile, 0) + at, nph_film_node(b, tile, 0) + at,
-                           (size_t)(inside[2] - inside[0]) * sizeof(double)))
-                    return 0;
-            }
-    }
+    for (int64_t tile = 0; tile < a->tile_count; tile++)
+        if (!tiles_equal(a, b, tile)) return 0;
     return 1;
 }
 
