@@ -33,7 +33,7 @@ typedef struct NphAttribute {
 
 typedef struct NphImage {
     int x0, y0, width, height;        /* data window: its upper left pixel in the display window, and its size */
-    int full_width, full_height;      /* display window, which begins at (0, 0): another origin in a file is taken off */
+    int full_width, full_height;      /* display window, which begins at (0, 0); another origin is taken off */
     int channel_count;
     NphChannel *channels;             /* sorted as in the file, or as added */
     int attribute_count;

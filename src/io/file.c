@@ -169,9 +169,7 @@ static int reason_of_failed_write(FILE *stream) {
 
 /* Everything before the rename; 0 or the error number. */
 static int finish_stream(FILE *stream) {
-    int error = 0;
-    if (ferror(stream)) error = reason_of_failed_write(stream);
-    if (fflush(stream) != 0 && !error) error = errno;
+    int error = fflush(stream) != 0 ? errno : 0;
     if (!error && ferror(stream)) error = reason_of_failed_write(stream);
     if (!error && fsync(fileno(stream)) != 0) error = errno;
     if (fclose(stream) != 0 && !error) error = errno;
