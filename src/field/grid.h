@@ -30,7 +30,7 @@ typedef enum NphLookup { NPH_LOOKUP_NEAREST, NPH_LOOKUP_TRILINEAR } NphLookup;
 
 /* Upper bounds of the density over cells of NPH_MAJORANT_CELL^3 of lattice space: cell c covers u in
  * [4 c, 4 (c + 1)] per axis, both ends included, so the bound holds for either lookup on the cell's faces too. It is
- * the largest of the samples 4 c .. 4 c + 4 times 1 + 2^-20, which covers the rounding of the lookup in f32. An
+ * the largest of the samples 4 c .. 4 c + 4 times 1 + 2^-20; a lookup never exceeds the samples it is made of. An
  * empty cell (bound 0) holds minus the number k of cells that may be skipped: all cells within Chebyshev distance
  * k - 1 of it are empty (cells beyond the grid count as empty); k >= 1. */
 typedef struct NphMajorant {

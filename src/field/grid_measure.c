@@ -21,7 +21,7 @@ typedef struct Totals {
     int64_t active[LANES];
 } Totals;
 
-/* The sum's error term is exact [Knuth, The Art of Computer Programming 2, 4.2.2, theorem B]. */
+/* The sum's error term is exact [Knuth97 4.2.2 theorem B]. */
 static inline void add_row(Totals *totals, const float *row, int begin, int end) {
     for (int x = begin; x < end; x++) {
         float value = row[x];

@@ -5,8 +5,8 @@
  * lanes only to be multiplied by 0 or 1, not selected). The same operations in the same order everywhere:
  *     i = floor(u), f = u - i (exact)                       likewise j, g from v and k, h from w
  *     a + f (b - a) along x for the four edges, then with g along y, then with h along z
- * nearest: i = floor(u + 1/2), f = 0, which gives the sample itself. Results lie in [0, largest corner (1 + 2^-21.4)] in
- * f32 (majorant.c has the proof), and at samples are the samples. */
+ * nearest: i = floor(u + 1/2), f = 0, which gives the sample itself. Results never leave the range of the eight corners
+ * (majorant.c has the proof), and at samples are the samples. */
 #ifndef NPH_FIELD_LOOKUP_H
 #define NPH_FIELD_LOOKUP_H
 

@@ -2,12 +2,13 @@
  *
  * Upper bounds of the density over cells of 4^3 of the lattice, and for empty cells how far around them all is empty.
  *
- * Why max (1 + 2^-20) bounds the lookup (lookup.h: r = fl(a + fl(w fl(b - a))), 0 <= w < 1, a, b >= 0, unit roundoff
- * e = 2^-24, applied three times). Rounding is monotone, so fl(w d) <= d for d >= 0 and fl(w d) <= 0 otherwise.
- *   b < a: r <= a.   b >= a: d = fl(b - a) <= (b - a)(1 + e), so r <= fl(a + d) <= b (1 + e)^2.
- * Three levels: r <= max (1 + e)^6 < max (1 + 2^-21.4). The bound fl(max (1 + 2^-20)) >= max (1 + 2^-20)(1 - e) is above.
- * Below 2^-126 sums and differences are exact, so r <= max there without any factor. And r >= 0: |fl(b - a)| <= a where
- * b < a, hence fl(w d) >= -a. In f64 e is 2^-53. */
+ * A lookup (lookup.h) is r = fl(a + fl(w fl(b - a))), thrice, with a, b >= 0 and 0 <= w <= 1 - e, e = 2^-24 in f32. It
+ * never leaves [min(a, b), max(a, b)], so the largest sample bounds it already; the factor 1 + 2^-20 is for what callers
+ * do with the result. Proof for a < b (else by symmetry): d = fl(b - a) in [2^k, 2^(k+1)) has the ulp q = 2^k 2 e.
+ *   d not a power of two: d <= b - a + q / 2, and w d <= d - d e < d - q / 2, so fl(w d) <= d - q <= b - a - q / 2.
+ *   d = 2^k: d <= b - a + q / 4 (spacing is q / 2 below d), and fl(w d) <= d - q / 2 <= b - a - q / 4.
+ *   d below 2^-126 is exact and fl(w d) <= d: rounding is monotone.
+ * So a + fl(w d) <= b before it is rounded, hence after, and fl(w d) >= 0 gives r >= a. In f64 e is 2^-53. */
 #include "core/memory.h"
 #include "core/message.h"
 #include "core/pool.h"
@@ -82,7 +83,7 @@ static void nearer(const float *cells, int32_t n, float *near) {
     }
 }
 
-/* One sweep of the chessboard distance transform [Rosenfeld and Pfaltz, J. ACM 13 (1966) 471] over 13 of a cell's 26
+/* One sweep of the chessboard distance transform [Rosenfeld66] over 13 of a cell's 26
  * neighbours, those that come before it when counting in direction step = +1 or -1; both sweeps together are exact.
  * near: room for n[0] + 2. */
 static void sweep(NphMajorant *majorant, int step, float *near) {
