@@ -17,4 +17,8 @@ typedef struct NphPhase {
     double weight;
 } NphPhase;
 
+/* Value [1/sr] at cos_theta in [-1, 1], and the mean of cos_theta over the sphere. */
+double nph_phase_value(const NphPhase *phase, double cos_theta);
+double nph_phase_mean_cosine(const NphPhase *phase);
+
 #endif
