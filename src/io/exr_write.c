@@ -24,7 +24,7 @@ typedef struct Writer {
     NphWriter file;
     uint64_t position;
     exr_context_t exr;
-    const NphChannel **order; /* channels in the file's order */
+    int *order; /* channels by name */
     exr_result_t (*compress)(exr_encode_pipeline_t *);
     int64_t overflows; /* finite values that became infinite halves or clamped integers */
 } Writer;
@@ -80,20 +80,32 @@ static int has_long_name(const NphImage *image) {
     return 0;
 }
 
-static int compare_names(const void *a, const void *b) {
-    return strcmp((*(const NphChannel *const *)a)->name, (*(const NphChannel *const *)b)->name);
+/* Channels in the order of their names' bytes, which the format demands. */
+static NphStatus sort_channels(Writer *writer) {
+    const NphImage *image = writer->image;
+    NPH_TRY(NPH_NEW(writer->context, image->channel_count, "channel order", &writer->order));
+    for (int i = 0; i < image->channel_count; i++) {
+        int at = i;
+        while (at > 0 && strcmp(image->channels[writer->order[at - 1]].name, image->channels[i].name) > 0) {
+            writer->order[at] = writer->order[at - 1];
+            at--;
+        }
+        writer->order[at] = i;
+    }
+    return NPH_OK;
+}
+
+static const NphChannel *sorted_channel(const Writer *writer, int i) {
+    return &writer->image->channels[writer->order[i]];
 }
 
 static NphStatus declare_channels(Writer *writer) {
-    const NphImage *image = writer->image;
-    NPH_TRY(NPH_NEW(writer->context, image->channel_count, "channel order", &writer->order));
-    for (int i = 0; i < image->channel_count; i++) writer->order[i] = &image->channels[i];
-    qsort(writer->order, (size_t)image->channel_count, sizeof *writer->order, compare_names);
-    for (int i = 0; i < image->channel_count; i++) {
-        const NphChannel *channel = writer->order[i];
-        exr_pixel_type_t type = channel->was_half   ? EXR_PIXEL_HALF
-                                : channel->was_uint ? EXR_PIXEL_UINT
-                                                    : EXR_PIXEL_FLOAT;
+    NPH_TRY(sort_channels(writer));
+    for (int i = 0; i < writer->image->channel_count; i++) {
+        const NphChannel *channel = sorted_channel(writer, i);
+        exr_pixel_type_t type = EXR_PIXEL_FLOAT;
+        if (channel->was_uint) type = EXR_PIXEL_UINT;
+        if (channel->was_half) type = EXR_PIXEL_HALF;
         TRY_EXR(writer, exr_add_channel(writer->exr, 0, channel->name, type, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1));
     }
     return NPH_OK;
@@ -190,8 +202,9 @@ static exr_result_t pack_chunk(exr_encode_pipeline_t *encode) {
     uint8_t *to = encode->packed_buffer;
     for (int line = 0; line < encode->chunk.height; line++)
         for (int c = 0; c < image->channel_count; c++) {
-            const float *from = writer->order[c]->pixels + (size_t)(top + line) * (size_t)image->width;
-            to = pack_line(writer->order[c], from, image->width, to, &writer->overflows);
+            const NphChannel *channel = sorted_channel(writer, c);
+            const float *from = channel->pixels + (size_t)(top + line) * (size_t)image->width;
+            to = pack_line(channel, from, image->width, to, &writer->overflows);
         }
     encode->packed_bytes = (uint64_t)(to - (uint8_t *)encode->packed_buffer);
     return EXR_ERR_SUCCESS;
@@ -212,7 +225,7 @@ static exr_result_t compress_chunk(exr_encode_pipeline_t *encode) {
 /* The library chooses its packing only for channels with pixels; the choice is then replaced by pack_chunk. */
 static exr_result_t choose_routines(Writer *writer, exr_encode_pipeline_t *encode) {
     for (int c = 0; c < encode->channel_count; c++) {
-        encode->channels[c].encode_from_ptr = (const uint8_t *)writer->order[c]->pixels;
+        encode->channels[c].encode_from_ptr = (const uint8_t *)sorted_channel(writer, c)->pixels;
         encode->channels[c].user_pixel_stride = encode->channels[c].user_bytes_per_element;
         encode->channels[c].user_line_stride = encode->channels[c].user_bytes_per_element;
     }

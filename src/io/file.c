@@ -6,6 +6,7 @@
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "io/file.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -121,6 +122,7 @@ static void name_temporary(const char *path, size_t bytes, unsigned attempt, cha
 }
 
 static NphStatus open_temporary(NphContext *context, NphWriter *writer) {
+    assert(writer->path); /* for the static analyser, which cannot see that nph_error hands its status on */
     size_t bytes = strlen(writer->path) + sizeof ".XXXXXX.tmp";
     NPH_TRY(NPH_NEW(context, bytes, "file name", &writer->temporary));
     int descriptor = -1;
