@@ -92,7 +92,8 @@ static NphStatus take_int(Reader *reader, const char *what, int64_t *value) {
     char shown[TOKEN_SHOWN];
     NPH_TRY(take(reader, what, &begin, &end));
     if (nph_parse_int_range(begin, end, value)) return NPH_OK;
-    return refuse(reader, "%s is '%s', not a whole number", what, nph_printable(begin, (size_t)(end - begin), shown, sizeof shown));
+    return refuse(reader, "%s is '%s', not a whole number", what,
+                  nph_printable(begin, (size_t)(end - begin), shown, sizeof shown));
 }
 
 /* Kilometres to metres by the decimal exponent: 0.56 becomes 560 exactly, where 0.56 * 1000 is not. */
@@ -114,7 +115,8 @@ static NphStatus take_number(Reader *reader, const char *what, int kilometres, d
     char shown[TOKEN_SHOWN];
     NPH_TRY(take(reader, what, &begin, &end));
     if (kilometres ? parse_km(begin, end, value) : nph_parse_double_range(begin, end, value)) return NPH_OK;
-    return refuse(reader, "%s is '%s', not a finite number", what, nph_printable(begin, (size_t)(end - begin), shown, sizeof shown));
+    return refuse(reader, "%s is '%s', not a finite number", what,
+                  nph_printable(begin, (size_t)(end - begin), shown, sizeof shown));
 }
 
 static NphStatus line_ends(Reader *reader, const char *behind) {
@@ -186,6 +188,12 @@ static NphStatus read_columns(Reader *reader) {
     return line_ends(reader, "the column reff");
 }
 
+static NphStatus check_range(const Reader *reader, const char *what, double value) {
+    char text[NPH_DOUBLE_TEXT];
+    if (value >= 0 && value <= FLT_MAX) return NPH_OK;
+    return refuse(reader, "%s is %s; it must be at least 0 and at most 3.4e38", what, nph_format_double(value, text));
+}
+
 static NphStatus read_row(Reader *reader) {
     static const char *const names[3] = {"i", "j", "k"};
     int64_t index[3];
@@ -199,8 +207,8 @@ static NphStatus read_row(Reader *reader) {
     NPH_TRY(take_number(reader, "lwc", 0, &lwc));
     NPH_TRY(take_number(reader, "reff", 0, &reff));
     NPH_TRY(line_ends(reader, "reff"));
-    if (lwc < 0 || lwc > FLT_MAX) return refuse(reader, "lwc is %g; it must be at least 0", lwc);
-    if (reff < 0 || reff > FLT_MAX) return refuse(reader, "reff is %g; it must be at least 0", reff);
+    NPH_TRY(check_range(reader, "lwc", lwc));
+    NPH_TRY(check_range(reader, "reff", reff));
     int64_t place = (index[2] * reader->n[1] + index[1]) * reader->n[0] + index[0];
     float *cell = (float *)reader->les.lwc_g_per_m3.data + place;
     if (*cell != unset)
@@ -234,7 +242,8 @@ static NphStatus read_text(Reader *reader, size_t bytes) {
     NPH_TRY(read_lengths(reader));
     if (reader->commas) NPH_TRY(read_columns(reader));
     NPH_TRY(read_rows(reader));
-    if (reader->end[-1] != '\n') return refuse(reader, "the last line does not end; the file was cut, or a line feed is missing");
+    if (reader->end[-1] != '\n')
+        return refuse(reader, "the last line does not end; the file was cut, or a line feed is missing");
     return NPH_OK;
 }
 

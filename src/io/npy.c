@@ -103,7 +103,8 @@ static NphStatus read_descr(Header *header) {
     return nph_error(header->context, NPH_BAD_INPUT,
                      "%s: byte %lld: elements of type '%s' (%s) are not read; u1 to u8, i1 to i8, f2, f4 and f8 are",
                      header->path, (long long)(begin - header->bytes),
-                     nph_printable(begin, (size_t)(end - begin), shown, sizeof shown), kind_name(code < end ? *code : '?'));
+                     nph_printable(begin, (size_t)(end - begin), shown, sizeof shown),
+                     kind_name(code < end ? *code : '?'));
 }
 
 static NphStatus read_shape(Header *header) {
@@ -138,11 +139,12 @@ static NphStatus read_dictionary(Header *header) {
     if (!take(header, '{')) return refuse(header, "the header is not a dictionary");
     while (!take(header, '}')) {
         const char *key = NULL, *end = NULL;
-        if (!take_string(header, &key, &end) || !take(header, ':')) return refuse(header, "the header's dictionary is damaged");
+        if (!take_string(header, &key, &end) || !take(header, ':'))
+            return refuse(header, "the header's dictionary is damaged");
         if (is(key, end, "descr") && !header->has_descr++) NPH_TRY(read_descr(header));
         else if (is(key, end, "fortran_order") && !header->has_order++) NPH_TRY(read_order(header));
         else if (is(key, end, "shape") && !header->has_shape++) NPH_TRY(read_shape(header));
-        else return refuse(header, "the header has an unknown or repeated key (descr, fortran_order and shape are known)");
+        else return refuse(header, "unknown or repeated key (descr, fortran_order and shape are known)");
         if (take(header, ',')) continue;
         if (!take(header, '}')) return refuse(header, "the header's dictionary is not closed");
         break;
@@ -160,8 +162,9 @@ static NphStatus read_header(Header *header, size_t size) {
     if (size < PREAMBLE_BYTES || memcmp(word, magic, MAGIC_BYTES) != 0) return refuse(header, "is not a .npy file");
     unsigned major = word[6], minor = word[7];
     if (major < 1 || major > 3 || minor != 0)
-        return nph_error(header->context, NPH_BAD_INPUT, "%s: byte 6: version %u.%u of .npy is not read (1.0, 2.0 and 3.0 are)",
-                         header->path, major, minor);
+        return nph_error(header->context, NPH_BAD_INPUT,
+                         "%s: byte 6: version %u.%u of .npy is not read (1.0, 2.0 and 3.0 are)", header->path, major,
+                         minor);
     size_t start = major == 1 ? PREAMBLE_BYTES : PREAMBLE_BYTES + 2, length = (size_t)word[8] | (size_t)word[9] << 8;
     header->at = header->bytes + 8;
     if (size < start) return refuse(header, "the file ends within its header");
@@ -183,15 +186,17 @@ static NphStatus check_size(const Header *header, size_t bytes) {
     }
     if (empty) count = 0;
     if (fits && count * element == bytes) return NPH_OK;
-    return nph_error(header->context, NPH_BAD_INPUT, "%s: byte %lld: %zu bytes follow the header, but its shape and type need %s%zu",
-                     header->path, (long long)(header->at - header->bytes), bytes, fits ? "" : "more than ", fits ? count * element : bytes);
+    return nph_error(header->context, NPH_BAD_INPUT,
+                     "%s: byte %lld: %zu bytes follow the header, but its shape and type need %s%zu", header->path,
+                     (long long)(header->at - header->bytes), bytes, fits ? "" : "more than ",
+                     fits ? count * element : bytes);
 }
 
 static void copy_element(unsigned char *to, const unsigned char *from, size_t size, int swapped) {
     for (size_t i = 0; i < size; i++) to[i] = from[swapped ? size - 1 - i : i];
 }
 
-/* Fortran order: the first index is the fastest. Walks the file in its order and strides through the C-ordered array. */
+/* Fortran order: the first index is the fastest. Walks the file in its order, striding through the C-ordered array. */
 static void copy_transposed(const Header *header, NphArray *array) {
     size_t size = nph_type_size(header->type);
     int64_t count = nph_array_count(array), index[NPH_MAX_RANK] = {0}, stride[NPH_MAX_RANK], place = 0, step = 1;
@@ -242,8 +247,8 @@ NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array) {
 static size_t make_header(const NphArray *array, char header[HEADER_MAX]) {
     char order = nph_type_size(array->type) == 1 ? '|' : machine_is_little_endian() ? '<' : '>';
     size_t used = PREAMBLE_BYTES;
-    used += (size_t)snprintf(header + used, HEADER_MAX - used, "{'descr': '%c%s', 'fortran_order': False, 'shape': (", order,
-                             codes[array->type]);
+    used += (size_t)snprintf(header + used, HEADER_MAX - used,
+                             "{'descr': '%c%s', 'fortran_order': False, 'shape': (", order, codes[array->type]);
     for (int axis = 0; axis < array->rank; axis++)
         used += (size_t)snprintf(header + used, HEADER_MAX - used, "%s%lld%s", axis ? ", " : "",
                                  (long long)array->shape[axis], array->rank == 1 ? "," : "");
@@ -261,7 +266,8 @@ static size_t make_header(const NphArray *array, char header[HEADER_MAX]) {
 
 NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *array) {
     char header[HEADER_MAX];
-    size_t header_bytes = make_header(array, header), bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);
+    size_t header_bytes = make_header(array, header);
+    size_t bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);
     NphWriter writer;
     NPH_TRY(nph_writer_open(context, path, &writer));
     fwrite(header, 1, header_bytes, writer.stream); /* the stream keeps its errors; the commit reports them */

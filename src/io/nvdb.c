@@ -54,8 +54,9 @@ static double load_f64(const unsigned char *at) {
 }
 
 static NphStatus cut_short(const Container *file, uint64_t at, const char *what) {
-    return nph_error(file->context, NPH_BAD_INPUT, "%s: byte %llu: %s goes beyond the file's end at %llu; it was cut or damaged",
-                     file->path, (unsigned long long)at, what, (unsigned long long)file->size);
+    return nph_error(file->context, NPH_BAD_INPUT,
+                     "%s: byte %llu: %s goes beyond the file's end at %llu; it was cut or damaged", file->path,
+                     (unsigned long long)at, what, (unsigned long long)file->size);
 }
 
 /* What else it could be; helps whoever renamed or never converted a file. */
@@ -65,10 +66,12 @@ static NphStatus refuse_magic(const Container *file) {
         return nph_error(file->context, NPH_BAD_INPUT,
                          "%s: is an OpenVDB file (.vdb); convert it with nanovdb_convert to a .nvdb file", file->path);
     if (memcmp(word + 1, "BDVonaN", 7) == 0)
-        return nph_error(file->context, NPH_BAD_INPUT, "%s: byte %llu: is big-endian; only little-endian NanoVDB is read",
-                         file->path, (unsigned long long)file->at);
-    return nph_error(file->context, NPH_BAD_INPUT, "%s: byte %llu: no NanoVDB segment starts here (\"NanoVDB0\" or \"NanoVDB2\")",
-                     file->path, (unsigned long long)file->at);
+        return nph_error(file->context, NPH_BAD_INPUT,
+                         "%s: byte %llu: is big-endian; only little-endian NanoVDB is read", file->path,
+                         (unsigned long long)file->at);
+    return nph_error(file->context, NPH_BAD_INPUT,
+                     "%s: byte %llu: no NanoVDB segment starts here (\"NanoVDB0\" or \"NanoVDB2\")", file->path,
+                     (unsigned long long)file->at);
 }
 
 /* A grid's description and name; moves on behind them. */
@@ -76,7 +79,8 @@ static NphStatus read_entry(Container *file, uint32_t codec, NphNvdbEntry *entry
     const unsigned char *meta = file->bytes + file->at;
     if (file->size - file->at < META_BYTES) return cut_short(file, file->at, "a grid's description");
     uint64_t name_bytes = nph_load_u32(meta + META_NAME_BYTES);
-    if (name_bytes > file->size - file->at - META_BYTES) return cut_short(file, file->at + META_NAME_BYTES, "a grid's name");
+    if (name_bytes > file->size - file->at - META_BYTES)
+        return cut_short(file, file->at + META_NAME_BYTES, "a grid's name");
     const char *name = (const char *)meta + META_BYTES;
     const char *end = memchr(name, 0, name_bytes);
     *entry = (NphNvdbEntry){.name = name, .name_bytes = end ? (size_t)(end - name) : name_bytes, .meta_at = file->at,
@@ -102,10 +106,11 @@ static NphStatus place_grids(Container *file, NphNvdbEntry *entries, uint32_t co
     for (uint32_t i = 0; i < count; i++) {
         NphNvdbEntry *entry = &entries[i];
         entry->data_at = file->at;
-        if (entry->file_bytes > file->size - file->at) return cut_short(file, entry->meta_at + META_FILE_BYTES, "a grid");
+        if (entry->file_bytes > file->size - file->at)
+            return cut_short(file, entry->meta_at + META_FILE_BYTES, "a grid");
         if (entry->codec == NPH_NVDB_NONE && entry->file_bytes != entry->grid_bytes)
             return nph_error(file->context, NPH_BAD_INPUT,
-                             "%s: byte %llu: grid '%s' is not packed, but has %llu bytes in the file and %llu in memory",
+                             "%s: byte %llu: grid '%s' is not packed, but is %llu bytes in the file, %llu unpacked",
                              file->path, (unsigned long long)entry->meta_at, entry->shown,
                              (unsigned long long)entry->file_bytes, (unsigned long long)entry->grid_bytes);
         file->at += entry->file_bytes;
@@ -122,16 +127,19 @@ static NphStatus read_segment(Container *file) {
     uint32_t codec = load_u16(header + SEGMENT_CODEC);
     if (major != NPH_NVDB_MAJOR)
         return nph_error(file->context, NPH_BAD_INPUT,
-                         "%s: byte %llu: NanoVDB version %lu; %d is read: convert the volume with a current nanovdb_convert",
-                         file->path, (unsigned long long)(start + SEGMENT_VERSION), (unsigned long)major, NPH_NVDB_MAJOR);
+                         "%s: byte %llu: NanoVDB version %lu; %d is read: convert the volume with a current one",
+                         file->path, (unsigned long long)(start + SEGMENT_VERSION), (unsigned long)major,
+                         NPH_NVDB_MAJOR);
     if (!nph_nvdb_codec_name(codec))
-        return nph_error(file->context, NPH_BAD_INPUT, "%s: byte %llu: codec %lu is unknown (none, zip and blosc are read)",
-                         file->path, (unsigned long long)(start + SEGMENT_CODEC), (unsigned long)codec);
+        return nph_error(file->context, NPH_BAD_INPUT,
+                         "%s: byte %llu: codec %lu is unknown (none, zip and blosc are read)", file->path,
+                         (unsigned long long)(start + SEGMENT_CODEC), (unsigned long)codec);
     if (count == 0)
         return nph_error(file->context, NPH_BAD_INPUT, "%s: byte %llu: the segment holds no grids", file->path,
                          (unsigned long long)(start + SEGMENT_GRIDS));
     file->at += SEGMENT_BYTES;
-    if (count > (file->size - file->at) / META_BYTES) return cut_short(file, start + SEGMENT_GRIDS, "the list of grids");
+    if (count > (file->size - file->at) / META_BYTES)
+        return cut_short(file, start + SEGMENT_GRIDS, "the list of grids");
     if (file->count + count > file->capacity) {
         uint64_t capacity = 2 * file->count + count;
         NPH_TRY(nph_realloc(file->context, capacity, sizeof *file->entries, "volume grids", (void **)&file->entries));
@@ -173,7 +181,8 @@ static void list_names(const Container *file, char *text, size_t capacity) {
     for (uint64_t i = 0; i < file->count && used < capacity; i++) {
         char type[16];
         nph_nvdb_type_name(file->entries[i].type, type);
-        int written = snprintf(text + used, capacity - used, "%s'%s' (%s)", i ? ", " : "", file->entries[i].shown, type);
+        const char *name = file->entries[i].shown;
+        int written = snprintf(text + used, capacity - used, "%s'%s' (%s)", i ? ", " : "", name, type);
         used += written > 0 ? (size_t)written : 0;
     }
 }

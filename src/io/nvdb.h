@@ -2,7 +2,7 @@
  *
  * What the parts of the NanoVDB reader share: nvdb.c (container: segments, names, choice of a grid), nvdb_codec.c
  * (unpacking), nvdb_tree.c (grid buffer to leaves and tiles). Facts about the format: NanoVDB 32.4.2, util/IO.h,
- * NanoVDB.h and PNanoVDB.h; later 32.x versions keep the layout and change two magic words and the checksum's extent. */
+ * NanoVDB.h and PNanoVDB.h; later 32.x versions keep the layout, but change the magic words and what is checksummed. */
 #ifndef NPH_IO_NVDB_H
 #define NPH_IO_NVDB_H
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The codecs of a NanoVDB file. A zip grid is one zlib stream behind a 64-bit size; a blosc grid is a row of blocks of up
- * to 1 GiB of unpacked bytes, each behind a 64-bit size. What a grid claims to unpack to is believed only as far as its
- * codec can compress: deflate 1032 : 1, LZ4 255 : 1. */
+ * The codecs of a NanoVDB file. A zip grid is one zlib stream behind a 64-bit size; a blosc grid is a row of blocks of
+ * up to 1 GiB of unpacked bytes, each behind a 64-bit size. What a grid claims to unpack to is believed only as far as
+ * its codec can compress: deflate 1032 : 1, LZ4 255 : 1. */
 #include <blosc.h>
 #include <zlib.h>
 
@@ -77,7 +77,8 @@ NphStatus nph_nvdb_unpack(NphContext *context, const char *path, const unsigned 
                          zip ? "zip" : "blosc", (unsigned long long)entry->grid_bytes);
     unsigned char *made = NULL;
     NPH_TRY(nph_alloc(context, entry->grid_bytes, 1, path, (void **)&made));
-    NphStatus status = zip ? unpack_zip(context, path, file, entry, made) : unpack_blosc(context, path, file, entry, made);
+    NphStatus status = zip ? unpack_zip(context, path, file, entry, made)
+                           : unpack_blosc(context, path, file, entry, made);
     if (status != NPH_OK) {
         nph_free(context, made);
         return status;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Values and activity of one 8^3 leaf. Quantised values are computed in float as code * quantum + minimum, two roundings
- * in that order, as NanoVDB's own accessor does. */
+ * Values and activity of one 8^3 leaf. Quantised values are computed in float as code * quantum + minimum, two
+ * roundings in that order, as NanoVDB's own accessor does. */
 #include "io/nvdb_leaf.h"
 
 #include <string.h>
@@ -49,7 +49,7 @@ static uint64_t count_bits(uint64_t word) {
     return word * 0x0101010101010101u >> 56;
 }
 
-uint64_t nph_leaf_active(const NphLeaf *leaf) {
+static uint64_t leaf_active(const NphLeaf *leaf) {
     uint64_t count = 0;
     for (int x = 0; x < 8; x++) count += count_bits(leaf->active[x]);
     return count;
@@ -64,7 +64,8 @@ static void extend_axis(int32_t origin, uint32_t present, int32_t *lo, int32_t *
     }
 }
 
-void nph_leaf_extend(const NphLeaf *leaf, int32_t lo[3], int32_t hi[3]) {
+/* Widens [lo, hi] by the leaf's active voxels. */
+static void leaf_extend(const NphLeaf *leaf, int32_t lo[3], int32_t hi[3]) {
     uint64_t any = 0;
     uint32_t present[3] = {0, 0, 0};
     for (uint32_t x = 0; x < 8; x++) {
@@ -77,4 +78,26 @@ void nph_leaf_extend(const NphLeaf *leaf, int32_t lo[3], int32_t hi[3]) {
         present[2] |= row;
     }
     for (int axis = 0; axis < 3; axis++) extend_axis(leaf->origin[axis], present[axis], &lo[axis], &hi[axis]);
+}
+
+void nph_volume_measure(NphVolume *volume) {
+    int32_t lo[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, hi[3] = {INT32_MIN, INT32_MIN, INT32_MIN};
+    for (int64_t i = 0; i < volume->leaf_count; i++) {
+        volume->active_voxels += leaf_active(&volume->leaves[i]);
+        leaf_extend(&volume->leaves[i], lo, hi);
+    }
+    for (int64_t i = 0; i < volume->tile_count; i++) {
+        const NphTile *tile = &volume->tiles[i];
+        if (!tile->active) continue;
+        volume->active_voxels += (uint64_t)tile->size * (uint64_t)tile->size * (uint64_t)tile->size;
+        for (int axis = 0; axis < 3; axis++) {
+            int32_t last = tile->origin[axis] + (tile->size - 1);
+            if (tile->origin[axis] < lo[axis]) lo[axis] = tile->origin[axis];
+            if (last > hi[axis]) hi[axis] = last;
+        }
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        volume->bbox_min[axis] = volume->active_voxels ? lo[axis] : 0;
+        volume->bbox_max[axis] = volume->active_voxels ? hi[axis] : -1;
+    }
 }

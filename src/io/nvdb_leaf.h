@@ -20,8 +20,7 @@ void nph_leaf_floats(const unsigned char *table, float values[NPH_LEAF_VOXELS]);
 void nph_leaf_halves(const unsigned char *table, float values[NPH_LEAF_VOXELS]);
 void nph_leaf_codes(const unsigned char *table, const NphQuantised *code, float values[NPH_LEAF_VOXELS]);
 
-uint64_t nph_leaf_active(const NphLeaf *leaf); /* number of active voxels */
-/* Widens [lo, hi], in lattice points, by the leaf's active voxels. */
-void nph_leaf_extend(const NphLeaf *leaf, int32_t lo[3], int32_t hi[3]);
+/* Counts the active voxels of leaves and tiles and finds their box. */
+void nph_volume_measure(NphVolume *volume);
 
 #endif

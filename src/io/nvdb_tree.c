@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * A NanoVDB grid buffer to leaves and tiles. Reads through PNanoVDB.h (32.4.2) with a buffer type of our own whose every
- * read is checked, and never with its cached accessor. Each node's range is checked before it is entered, nodes are
- * counted against what the tree announces (which is checked against the buffer's size, so that nothing is visited more
+ * A NanoVDB grid buffer to leaves and tiles. Reads through PNanoVDB.h (32.4.2) with a buffer type of our own whose
+ * every read is checked, and never with its cached accessor. Each node's range is checked before it is entered, nodes
+ * are counted against what the tree announces (which is checked against the buffer's size, so that nothing is visited more
  * often than it has bytes), and what was decoded must agree with the counts, the active box, the ranges of values and
  * the checksum that the file carries. */
 #include <math.h>
@@ -14,6 +14,7 @@
 
 #include "core/memory.h"
 #include "core/message.h"
+#include "core/text.h"
 #include "io/nvdb.h"
 #include "io/nvdb_leaf.h"
 
@@ -104,13 +105,18 @@ static int has_exact_ranges(const Tree *tree) {
 
 /* ---- header, tree and root ---- */
 
+/* Two CRC-32: up to version 32.6.0 the first covers grid, tree and root (root_end), the second the nodes in a way that
+ * differs between systems and is not checked; later the first covers grid and tree, the second a CRC of the CRCs of the
+ * rest in blocks of 4 KiB. All bits set: not made. */
 static NphStatus check_checksum(const Tree *tree, uint64_t root_end) {
     static const uint64_t start = 16, block = 4096; /* magic and checksum itself are left out */
-    uint64_t words = pnanovdb_grid_get_checksum(tree->buf, tree->grid), tree_end = tree->tree.address.byte_offset + PNANOVDB_TREE_SIZE;
+    uint64_t words = pnanovdb_grid_get_checksum(tree->buf, tree->grid);
+    uint64_t tree_end = tree->tree.address.byte_offset + PNANOVDB_TREE_SIZE;
     uint32_t head = (uint32_t)words, tail = (uint32_t)(words >> 32), none = UINT32_MAX;
     int later = pnanovdb_grid_get_version(tree->buf, tree->grid) > ((uint32_t)NPH_NVDB_MAJOR << 21 | 6u << 10);
     const unsigned char *bytes = tree->buf.bytes;
     uint64_t head_end = later ? tree_end : root_end;
+    if (head_end > tree->buf.size) return damaged(tree, start, "the root's table exceeds the grid");
     if (head != none && head != (uint32_t)crc32_z(0, bytes + start, head_end - start))
         return damaged(tree, start, "the checksum of the grid's header does not match: the file was altered");
     if (!later || head == none || tail == none) return NPH_OK;
@@ -122,7 +128,8 @@ static NphStatus check_checksum(const Tree *tree, uint64_t root_end) {
         unsigned char word[4] = {one & 255u, one >> 8 & 255u, one >> 16 & 255u, one >> 24};
         crc = crc32_z(crc, word, sizeof word);
     }
-    return (uint32_t)crc == tail ? NPH_OK : damaged(tree, tree_end, "the checksum of the nodes does not match: the file was altered");
+    if ((uint32_t)crc == tail) return NPH_OK;
+    return damaged(tree, tree_end, "the checksum of the nodes does not match: the file was altered");
 }
 
 static NphStatus read_map(Tree *tree) {
@@ -175,15 +182,15 @@ static uint64_t leaf_bytes(const Tree *tree) {
 static NphStatus read_root(Tree *tree) {
     uint64_t tree_at = tree->tree.address.byte_offset, root_bytes = PNANOVDB_GRID_TYPE_GET(tree->type, root_size);
     uint64_t root_offset = pnanovdb_tree_get_node_offset_root(tree->buf, tree->tree);
-    if (root_offset != PNANOVDB_TREE_SIZE || !inside(tree, tree_at + PNANOVDB_TREE_SIZE, root_bytes))
-        return damaged(tree, tree_at + PNANOVDB_TREE_OFF_NODE_OFFSET_ROOT, "the root does not follow the tree's header");
+    if (!inside(tree, tree_at + root_offset, root_bytes))
+        return damaged(tree, tree_at + PNANOVDB_TREE_OFF_NODE_OFFSET_ROOT, "the root lies outside the grid");
     tree->root = pnanovdb_tree_get_root(tree->buf, tree->tree);
     uint64_t root_at = tree->root.address.byte_offset;
     uint64_t tiles = pnanovdb_root_get_tile_count(tree->buf, tree->root);
     uint64_t table_bytes = tiles * PNANOVDB_GRID_TYPE_GET(tree->type, root_tile_size);
     if (!inside(tree, root_at + root_bytes, table_bytes))
-        return damaged(tree, root_at + PNANOVDB_ROOT_OFF_TABLE_SIZE, "the root's table of %llu entries exceeds the grid",
-                       (unsigned long long)tiles);
+        return damaged(tree, root_at + PNANOVDB_ROOT_OFF_TABLE_SIZE,
+                       "the root's table of %llu entries exceeds the grid", (unsigned long long)tiles);
     tree->upper_count = pnanovdb_tree_get_node_count_upper(tree->buf, tree->tree);
     tree->lower_count = pnanovdb_tree_get_node_count_lower(tree->buf, tree->tree);
     tree->leaf_count = pnanovdb_tree_get_node_count_leaf(tree->buf, tree->tree);
@@ -195,15 +202,15 @@ static NphStatus read_root(Tree *tree) {
                        (unsigned long)tree->leaf_count, (unsigned long)tree->lower_count,
                        (unsigned long)tree->upper_count, (unsigned long long)size);
     tree->volume.background = load_value(tree, root_at + PNANOVDB_GRID_TYPE_GET(tree->type, root_off_background));
-    return check_checksum(tree, root_at + root_bytes + table_bytes);
+    return check_checksum(tree, tree_at + PNANOVDB_TREE_SIZE + root_bytes + table_bytes);
 }
 
 /* ---- walk: every node is entered once, every leaf's place is noted ---- */
 
-/* The child whose offset from its parent stands at `entry`: it lies behind its parent and inside the buffer. */
+/* The child whose offset from its parent stands at `entry`; nodes may lie in any order. */
 static NphStatus find_child(const Tree *tree, uint64_t parent, uint64_t entry, uint64_t bytes, uint64_t *child) {
-    uint64_t offset = nph_load_u64(tree->buf.bytes + entry);
-    if (offset == 0 || offset > tree->buf.size - parent || !inside(tree, parent + offset, bytes))
+    uint64_t offset = nph_load_u64(tree->buf.bytes + entry); /* signed: modulo 2^64 it is the same sum */
+    if (offset == 0 || !inside(tree, parent + offset, bytes))
         return damaged(tree, entry, "a child node lies outside the grid");
     *child = parent + offset;
     return NPH_OK;
@@ -233,7 +240,8 @@ static NphStatus visit_leaf(Tree *tree, uint64_t at, const int32_t origin[3]) {
         int32_t own = (int32_t)nph_load_u32(tree->buf.bytes + at + 4 * axis);
         place->origin[axis] = origin[axis];
         if ((own & ~(NPH_LEAF_SIZE - 1)) != origin[axis])
-            return damaged(tree, at, "the leaf at (%d, %d, %d) says that it is elsewhere", origin[0], origin[1], origin[2]);
+            return damaged(tree, at, "the leaf at (%d, %d, %d) says that it is elsewhere", origin[0], origin[1],
+                           origin[2]);
     }
     if (tree->type == PNANOVDB_GRID_TYPE_FPN) {
         uint32_t log_bits = tree->buf.bytes[at + LEAF_FLAGS] >> 5;
@@ -302,7 +310,8 @@ static NphStatus visit_root(Tree *tree) {
             NPH_TRY(visit_inner(tree, &tree->upper, child, origin));
         }
     }
-    if (tree->upper_seen != tree->upper_count || tree->lower_seen != tree->lower_count || tree->leaf_seen != tree->leaf_count)
+    if (tree->upper_seen != tree->upper_count || tree->lower_seen != tree->lower_count ||
+        tree->leaf_seen != tree->leaf_count)
         return damaged(tree, tree->tree.address.byte_offset + PNANOVDB_TREE_OFF_NODE_COUNT_LEAF,
                        "the tree announces %lu leaves, %lu lower and %lu upper nodes, but holds %lu, %lu and %lu",
                        (unsigned long)tree->leaf_count, (unsigned long)tree->lower_count,
@@ -352,11 +361,14 @@ static NphStatus decode_leaf(const Tree *tree, const LeafPlace *place, NphLeaf *
     if (!has_exact_ranges(tree)) return NPH_OK;
     float lo = load_value(tree, place->at + PNANOVDB_GRID_TYPE_GET(tree->type, leaf_off_min));
     float hi = load_value(tree, place->at + PNANOVDB_GRID_TYPE_GET(tree->type, leaf_off_max));
-    for (int i = 0; i < NPH_LEAF_VOXELS; i++)
-        if (leaf->active[i >> 6] >> (i & 63) & 1 && (leaf->values[i] < lo || leaf->values[i] > hi))
-            return damaged(tree, place->at, "voxel (%d, %d, %d) holds %g, outside its leaf's range of %g to %g",
-                           leaf->origin[0] + (i >> 6), leaf->origin[1] + (i >> 3 & 7), leaf->origin[2] + (i & 7),
-                           (double)leaf->values[i], (double)lo, (double)hi);
+    for (int i = 0; i < NPH_LEAF_VOXELS; i++) {
+        int active = (int)(leaf->active[i >> 6] >> (i & 63) & 1);
+        if (!active || !(leaf->values[i] < lo || leaf->values[i] > hi)) continue; /* NaN is for the caller to judge */
+        char text[NPH_DOUBLE_TEXT];
+        return damaged(tree, place->at, "voxel (%d, %d, %d) holds %s, outside the range its leaf states",
+                       leaf->origin[0] + (i >> 6), leaf->origin[1] + (i >> 3 & 7), leaf->origin[2] + (i & 7),
+                       nph_format_double((double)leaf->values[i], text));
+    }
     return NPH_OK;
 }
 
@@ -381,28 +393,6 @@ static NphStatus decode_leaves(Tree *tree) {
 
 /* ---- what was decoded against what the file says of itself ---- */
 
-static void measure(NphVolume *volume) {
-    int32_t lo[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, hi[3] = {INT32_MIN, INT32_MIN, INT32_MIN};
-    for (int64_t i = 0; i < volume->leaf_count; i++) {
-        volume->active_voxels += nph_leaf_active(&volume->leaves[i]);
-        nph_leaf_extend(&volume->leaves[i], lo, hi);
-    }
-    for (int64_t i = 0; i < volume->tile_count; i++) {
-        const NphTile *tile = &volume->tiles[i];
-        if (!tile->active) continue;
-        volume->active_voxels += (uint64_t)tile->size * (uint64_t)tile->size * (uint64_t)tile->size;
-        for (int axis = 0; axis < 3; axis++) {
-            int32_t last = tile->origin[axis] + (tile->size - 1);
-            if (tile->origin[axis] < lo[axis]) lo[axis] = tile->origin[axis];
-            if (last > hi[axis]) hi[axis] = last;
-        }
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        volume->bbox_min[axis] = volume->active_voxels ? lo[axis] : 0;
-        volume->bbox_max[axis] = volume->active_voxels ? hi[axis] : -1;
-    }
-}
-
 static NphStatus check_against_file(const Tree *tree) {
     const NphVolume *volume = &tree->volume;
     uint64_t announced = pnanovdb_tree_get_voxel_count(tree->buf, tree->tree);
@@ -417,24 +407,25 @@ static NphStatus check_against_file(const Tree *tree) {
         int32_t lo = (int32_t)nph_load_u32(tree->buf.bytes + at + PNANOVDB_ROOT_OFF_BBOX_MIN + 4 * axis);
         int32_t hi = (int32_t)nph_load_u32(tree->buf.bytes + at + PNANOVDB_ROOT_OFF_BBOX_MAX + 4 * axis);
         if (lo != volume->bbox_min[axis] || hi != volume->bbox_max[axis])
-            return damaged(tree, at, "the active box is announced as %d to %d along %c, but the masks span %d to %d", lo,
-                           hi, "xyz"[axis], volume->bbox_min[axis], volume->bbox_max[axis]);
+            return damaged(tree, at, "the active box is announced as %d to %d along %c, but the masks span %d to %d",
+                           lo, hi, "xyz"[axis], volume->bbox_min[axis], volume->bbox_max[axis]);
     }
     return NPH_OK;
 }
 
 static NphStatus decode(Tree *tree, uint32_t announced_type) {
     NPH_TRY(read_header(tree, announced_type));
+    const pnanovdb_grid_type_constants_t *facts = &pnanovdb_grid_type_constants[tree->type];
     tree->upper = (Level){UPPER_SIZE, LOWER_SIZE, 5, PNANOVDB_UPPER_OFF_VALUE_MASK, PNANOVDB_UPPER_OFF_CHILD_MASK,
-                          PNANOVDB_GRID_TYPE_GET(tree->type, upper_off_table), PNANOVDB_GRID_TYPE_GET(tree->type, upper_size)};
+                          facts->upper_off_table, facts->upper_size};
     tree->lower = (Level){LOWER_SIZE, NPH_LEAF_SIZE, 4, PNANOVDB_LOWER_OFF_VALUE_MASK, PNANOVDB_LOWER_OFF_CHILD_MASK,
-                          PNANOVDB_GRID_TYPE_GET(tree->type, lower_off_table), PNANOVDB_GRID_TYPE_GET(tree->type, lower_size)};
+                          facts->lower_off_table, facts->lower_size};
     NPH_TRY(read_root(tree));
     NPH_TRY(check_root_keys(tree));
     NPH_TRY(NPH_NEW(tree->context, tree->leaf_count, "leaf places", &tree->places));
     NPH_TRY(visit_root(tree));
     NPH_TRY(decode_leaves(tree));
-    measure(&tree->volume);
+    nph_volume_measure(&tree->volume);
     return check_against_file(tree);
 }
 
