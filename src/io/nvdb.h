@@ -55,6 +55,12 @@ const char *nph_nvdb_codec_name(uint32_t codec);
 NphStatus nph_nvdb_unpack(NphContext *context, const char *path, const unsigned char *file, const NphNvdbEntry *entry,
                           unsigned char **grid);
 
+/* The two CRC-32 of a grid, head in the low half of `words`: up to version 32.6.0 the head covers grid, tree and root
+ * (to head_end), and the nodes' checksum differs between systems and is not checked (tail_start 0); later the head
+ * covers grid and tree, the tail is the CRC of the CRCs of the rest (from tail_start) in blocks of 4 KiB. All bits set:
+ * not made. Returns what does not match ("the grid's header", "the nodes"), or NULL. */
+const char *nph_nvdb_checksum(const NphNvdbBuffer *buffer, uint64_t words, uint64_t head_end, uint64_t tail_start);
+
 /* nvdb.c: names as in volume.h; "type N" and "unknown class" for numbers without one. */
 void nph_nvdb_type_name(uint32_t type, char name[16]);
 void nph_nvdb_class_name(uint32_t grid_class, char name[16]);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The codecs of a NanoVDB file. A zip grid is one zlib stream behind a 64-bit size; a blosc grid is a row of blocks of
- * up to 1 GiB of unpacked bytes, each behind a 64-bit size. What a grid claims to unpack to is believed only as far as
- * its codec can compress: deflate 1032 : 1, LZ4 255 : 1. */
+ * The codecs and checksums of a NanoVDB file. A zip grid is one zlib stream behind a 64-bit size; a blosc grid is a row
+ * of blocks of up to 1 GiB of unpacked bytes, each behind a 64-bit size. What a grid claims to unpack to is believed
+ * only as far as its codec can compress: deflate 1032 : 1, LZ4 255 : 1. */
 #include <blosc.h>
 #include <zlib.h>
 
@@ -85,4 +85,21 @@ NphStatus nph_nvdb_unpack(NphContext *context, const char *path, const unsigned 
     }
     *grid = made;
     return NPH_OK;
+}
+
+const char *nph_nvdb_checksum(const NphNvdbBuffer *buffer, uint64_t words, uint64_t head_end, uint64_t tail_start) {
+    static const uint64_t start = 16, block = 4096; /* magic and checksum themselves are left out */
+    uint32_t head = (uint32_t)words, tail = (uint32_t)(words >> 32), none = UINT32_MAX;
+    if (head != none && head != (uint32_t)crc32_z(0, buffer->bytes + start, head_end - start))
+        return "the grid's header";
+    if (!tail_start || head == none || tail == none) return NULL;
+    uLong crc = crc32_z(0, NULL, 0);
+    uint64_t blocks = (buffer->size - tail_start) / block; /* the last one takes the rest */
+    for (uint64_t i = 0; i < blocks; i++) {
+        uint64_t at = tail_start + i * block, length = i + 1 == blocks ? buffer->size - at : block;
+        uint32_t one = (uint32_t)crc32_z(0, buffer->bytes + at, length);
+        unsigned char word[4] = {one & 255u, one >> 8 & 255u, one >> 16 & 255u, one >> 24};
+        crc = crc32_z(crc, word, sizeof word);
+    }
+    return (uint32_t)crc == tail ? NULL : "the nodes";
 }

@@ -42,6 +42,20 @@ void nph_leaf_codes(const unsigned char *table, const NphQuantised *code, float 
     }
 }
 
+int nph_leaf_examine(const NphLeaf *leaf, float lo, float hi, double *sum, int *count) {
+    double total = 0;
+    int active = 0, outside = -1;
+    for (int i = NPH_LEAF_VOXELS - 1; i >= 0; i--) {
+        if (!(leaf->active[i >> 6] >> (i & 63) & 1)) continue;
+        if (leaf->values[i] < lo || leaf->values[i] > hi) outside = i;
+        total += (double)leaf->values[i];
+        active++;
+    }
+    *sum = total;
+    *count = active;
+    return outside;
+}
+
 static uint64_t count_bits(uint64_t word) {
     word -= word >> 1 & 0x5555555555555555u;
     word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);

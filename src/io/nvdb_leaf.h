@@ -20,6 +20,9 @@ void nph_leaf_floats(const unsigned char *table, float values[NPH_LEAF_VOXELS]);
 void nph_leaf_halves(const unsigned char *table, float values[NPH_LEAF_VOXELS]);
 void nph_leaf_codes(const unsigned char *table, const NphQuantised *code, float values[NPH_LEAF_VOXELS]);
 
+/* Sums and counts the active values; returns the index of the first that is not in [lo, hi], or -1. */
+int nph_leaf_examine(const NphLeaf *leaf, float lo, float hi, double *sum, int *count);
+
 /* Counts the active voxels of leaves and tiles and finds their box. */
 void nph_volume_measure(NphVolume *volume);
 

@@ -2,15 +2,14 @@
  *
  * A NanoVDB grid buffer to leaves and tiles. Reads through PNanoVDB.h (32.4.2) with a buffer type of our own whose
  * every read is checked, and never with its cached accessor. Each node's range is checked before it is entered, nodes
- * are counted against what the tree announces (which is checked against the buffer's size, so that nothing is visited more
- * often than it has bytes), and what was decoded must agree with the counts, the active box, the ranges of values and
+ * are counted against what the tree announces (which is checked against the buffer's size, so that nothing is visited
+ * more often than it has bytes), and what was decoded must agree with the counts, the active box, the statistics and
  * the checksum that the file carries. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <zlib.h>
 
 #include "core/memory.h"
 #include "core/message.h"
@@ -97,39 +96,22 @@ static float load_value(const Tree *tree, uint64_t at) {
     return tree->type == PNANOVDB_GRID_TYPE_HALF ? nph_load_f16(bytes) : nph_load_f32(bytes);
 }
 
-/* Quantised grids keep statistics in other units; only the exact types are compared. */
-static int has_exact_ranges(const Tree *tree) {
+/* Does the grid carry these statistics in a form to compare with? Quantised grids keep them as codes. */
+static int has_statistics(const Tree *tree, uint32_t flag) {
     int exact = tree->type == PNANOVDB_GRID_TYPE_FLOAT || tree->type == PNANOVDB_GRID_TYPE_HALF;
-    return exact && (pnanovdb_grid_get_flags(tree->buf, tree->grid) & PNANOVDB_GRID_FLAGS_HAS_MIN_MAX) != 0;
+    return exact && (pnanovdb_grid_get_flags(tree->buf, tree->grid) & flag) != 0;
 }
 
 /* ---- header, tree and root ---- */
 
-/* Two CRC-32: up to version 32.6.0 the first covers grid, tree and root (root_end), the second the nodes in a way that
- * differs between systems and is not checked; later the first covers grid and tree, the second a CRC of the CRCs of the
- * rest in blocks of 4 KiB. All bits set: not made. */
-static NphStatus check_checksum(const Tree *tree, uint64_t root_end) {
-    static const uint64_t start = 16, block = 4096; /* magic and checksum itself are left out */
-    uint64_t words = pnanovdb_grid_get_checksum(tree->buf, tree->grid);
+static NphStatus check_checksums(const Tree *tree, uint64_t root_end) {
     uint64_t tree_end = tree->tree.address.byte_offset + PNANOVDB_TREE_SIZE;
-    uint32_t head = (uint32_t)words, tail = (uint32_t)(words >> 32), none = UINT32_MAX;
     int later = pnanovdb_grid_get_version(tree->buf, tree->grid) > ((uint32_t)NPH_NVDB_MAJOR << 21 | 6u << 10);
-    const unsigned char *bytes = tree->buf.bytes;
-    uint64_t head_end = later ? tree_end : root_end;
-    if (head_end > tree->buf.size) return damaged(tree, start, "the root's table exceeds the grid");
-    if (head != none && head != (uint32_t)crc32_z(0, bytes + start, head_end - start))
-        return damaged(tree, start, "the checksum of the grid's header does not match: the file was altered");
-    if (!later || head == none || tail == none) return NPH_OK;
-    uLong crc = crc32_z(0, NULL, 0);
-    uint64_t blocks = (tree->buf.size - tree_end) / block; /* the last one takes the rest */
-    for (uint64_t i = 0; i < blocks; i++) {
-        uint64_t at = tree_end + i * block, length = i + 1 == blocks ? tree->buf.size - at : block;
-        uint32_t one = (uint32_t)crc32_z(0, bytes + at, length);
-        unsigned char word[4] = {one & 255u, one >> 8 & 255u, one >> 16 & 255u, one >> 24};
-        crc = crc32_z(crc, word, sizeof word);
-    }
-    if ((uint32_t)crc == tail) return NPH_OK;
-    return damaged(tree, tree_end, "the checksum of the nodes does not match: the file was altered");
+    if (root_end > tree->buf.size) return damaged(tree, tree_end, "the root's table exceeds the grid");
+    const char *wrong = nph_nvdb_checksum(tree->source, pnanovdb_grid_get_checksum(tree->buf, tree->grid),
+                                          later ? tree_end : root_end, later ? tree_end : 0);
+    if (!wrong) return NPH_OK;
+    return damaged(tree, PNANOVDB_GRID_OFF_CHECKSUM, "the checksum of %s does not match: the file was altered", wrong);
 }
 
 static NphStatus read_map(Tree *tree) {
@@ -202,7 +184,7 @@ static NphStatus read_root(Tree *tree) {
                        (unsigned long)tree->leaf_count, (unsigned long)tree->lower_count,
                        (unsigned long)tree->upper_count, (unsigned long long)size);
     tree->volume.background = load_value(tree, root_at + PNANOVDB_GRID_TYPE_GET(tree->type, root_off_background));
-    return check_checksum(tree, tree_at + PNANOVDB_TREE_SIZE + root_bytes + table_bytes);
+    return check_checksums(tree, tree_at + PNANOVDB_TREE_SIZE + root_bytes + table_bytes);
 }
 
 /* ---- walk: every node is entered once, every leaf's place is noted ---- */
@@ -341,6 +323,31 @@ static NphStatus check_root_keys(const Tree *tree) {
 
 /* ---- leaves, in order ---- */
 
+/* Files seldom carry a checksum of their nodes, but most state range and average of a leaf's active values: what
+ * leaves the range, or shifts the average by more than any way of adding rounds, was altered. NaN passes: it is for
+ * the caller to judge. */
+static NphStatus check_leaf(const Tree *tree, const LeafPlace *place, const NphLeaf *leaf) {
+    const pnanovdb_grid_type_constants_t *facts = &pnanovdb_grid_type_constants[tree->type];
+    float lo = load_value(tree, place->at + facts->leaf_off_min);
+    float hi = load_value(tree, place->at + facts->leaf_off_max);
+    double sum = 0;
+    int count = 0, outside = nph_leaf_examine(leaf, lo, hi, &sum, &count);
+    char text[NPH_DOUBLE_TEXT];
+    if (outside >= 0)
+        return damaged(tree, place->at, "voxel (%d, %d, %d) holds %s, outside the range its leaf states",
+                       leaf->origin[0] + (outside >> 6), leaf->origin[1] + (outside >> 3 & 7),
+                       leaf->origin[2] + (outside & 7), nph_format_double((double)leaf->values[outside], text));
+    if (count == 0 || tree->type == PNANOVDB_GRID_TYPE_HALF ||
+        !has_statistics(tree, PNANOVDB_GRID_FLAGS_HAS_AVERAGE))
+        return NPH_OK;
+    double stated = (double)load_value(tree, place->at + facts->leaf_off_ave), extent = fabs((double)lo);
+    if (fabs((double)hi) > extent) extent = fabs((double)hi);
+    if (fabs(sum / count - stated) > 4e-6 * extent)
+        return damaged(tree, place->at, "the values of the leaf at (%d, %d, %d) do not have the average it states",
+                       leaf->origin[0], leaf->origin[1], leaf->origin[2]);
+    return NPH_OK;
+}
+
 static NphStatus decode_leaf(const Tree *tree, const LeafPlace *place, NphLeaf *leaf) {
     const unsigned char *bytes = tree->buf.bytes + place->at;
     const unsigned char *table = bytes + PNANOVDB_GRID_TYPE_GET(tree->type, leaf_off_table);
@@ -358,18 +365,7 @@ static NphStatus decode_leaf(const Tree *tree, const LeafPlace *place, NphLeaf *
                                                                   : log_bits[tree->type - PNANOVDB_GRID_TYPE_FP4]};
         nph_leaf_codes(table, &code, leaf->values);
     }
-    if (!has_exact_ranges(tree)) return NPH_OK;
-    float lo = load_value(tree, place->at + PNANOVDB_GRID_TYPE_GET(tree->type, leaf_off_min));
-    float hi = load_value(tree, place->at + PNANOVDB_GRID_TYPE_GET(tree->type, leaf_off_max));
-    for (int i = 0; i < NPH_LEAF_VOXELS; i++) {
-        int active = (int)(leaf->active[i >> 6] >> (i & 63) & 1);
-        if (!active || !(leaf->values[i] < lo || leaf->values[i] > hi)) continue; /* NaN is for the caller to judge */
-        char text[NPH_DOUBLE_TEXT];
-        return damaged(tree, place->at, "voxel (%d, %d, %d) holds %s, outside the range its leaf states",
-                       leaf->origin[0] + (i >> 6), leaf->origin[1] + (i >> 3 & 7), leaf->origin[2] + (i & 7),
-                       nph_format_double((double)leaf->values[i], text));
-    }
-    return NPH_OK;
+    return has_statistics(tree, PNANOVDB_GRID_FLAGS_HAS_MIN_MAX) ? check_leaf(tree, place, leaf) : NPH_OK;
 }
 
 /* For LeafPlace and NphTile: both start with their origin. */
@@ -400,9 +396,15 @@ static NphStatus check_against_file(const Tree *tree) {
         return damaged(tree, tree->tree.address.byte_offset + PNANOVDB_TREE_OFF_VOXEL_COUNT,
                        "%llu active voxels are announced, but the masks hold %llu", (unsigned long long)announced,
                        (unsigned long long)volume->active_voxels);
+    const pnanovdb_grid_type_constants_t *facts = &pnanovdb_grid_type_constants[tree->type];
+    uint64_t at = tree->root.address.byte_offset;
+    float least = load_value(tree, at + facts->root_off_min), most = load_value(tree, at + facts->root_off_max);
+    for (int64_t i = 0; i < volume->tile_count && has_statistics(tree, PNANOVDB_GRID_FLAGS_HAS_MIN_MAX); i++)
+        if (volume->tiles[i].active && (volume->tiles[i].value < least || volume->tiles[i].value > most))
+            return damaged(tree, at, "the tile at (%d, %d, %d) holds a value outside the range the root states",
+                           volume->tiles[i].origin[0], volume->tiles[i].origin[1], volume->tiles[i].origin[2]);
     if (!volume->active_voxels || !(pnanovdb_grid_get_flags(tree->buf, tree->grid) & PNANOVDB_GRID_FLAGS_HAS_BBOX))
         return NPH_OK;
-    uint64_t at = tree->root.address.byte_offset;
     for (int axis = 0; axis < 3; axis++) {
         int32_t lo = (int32_t)nph_load_u32(tree->buf.bytes + at + PNANOVDB_ROOT_OFF_BBOX_MIN + 4 * axis);
         int32_t hi = (int32_t)nph_load_u32(tree->buf.bytes + at + PNANOVDB_ROOT_OFF_BBOX_MAX + 4 * axis);

@@ -55,7 +55,7 @@ void nph_volume_statistics(const NphVolume *volume, NphVolumeStatistics *statist
  * "density"; a name that is not there is refused with the list of those that are. */
 NphStatus nph_nvdb_read(NphContext *context, const char *path, const char *grid_name, NphVolume *volume);
 
-/* What a .nvdb file holds, grid by grid, without decoding voxels. */
+/* What a .nvdb file holds, grid by grid, without decoding voxels; *grids is freed with nph_free. */
 typedef struct NphGridInfo {
     char name[64], type[16], grid_class[16], codec[8];
     int readable; /* a scalar type this library decodes */
@@ -63,7 +63,7 @@ typedef struct NphGridInfo {
     uint64_t active_voxels, file_bytes, grid_bytes;
     double voxel_size[3];
 } NphGridInfo;
-NphStatus nph_nvdb_list(NphContext *context, const char *path, NphGridInfo **grids, int *count); /* free with nph_free */
+NphStatus nph_nvdb_list(NphContext *context, const char *path, NphGridInfo **grids, int *count);
 
 /* .npy (format 1.0 to 3.0, little or big endian, C or Fortran order, which is made C order). */
 NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);

@@ -104,7 +104,8 @@ static void compare_quantised(const NphVolume *original, const NphVolume *quanti
         float range, difference = largest_difference(a, b, &range);
         double allowed = tolerance > 0 ? tolerance : 0.5 * step * (double)range;
         allowed += 4e-7 * ((double)range + fabs((double)a->values[0])); /* rounding of range, quantum and value */
-        ck_assert_msg((double)difference <= allowed, "leaf %d: off by %g, allowed %g", (int)i, (double)difference, allowed);
+        ck_assert_msg((double)difference <= allowed, "leaf %d: off by %g, allowed %g", (int)i, (double)difference,
+                      allowed);
         differ += difference > 0;
     }
     ck_assert_int_gt(differ, 0);
@@ -201,8 +202,8 @@ START_TEST(a_grid_is_chosen_by_name_and_refused_with_the_list_of_names) {
     NphVolume volume = read_grid(context, all, NULL);
     ck_assert_str_eq(volume.name, "density");
     nph_volume_free(context, &volume);
-    refused(context, all, "smoke", "has no grid 'smoke'; it holds 'density' (float), 'flame' (float), 'shadow' (float), "
-                                   "'temperature' (float), 'velocity' (vec3f)");
+    refused(context, all, "smoke", "has no grid 'smoke'; it holds 'density' (float), 'flame' (float), "
+                                   "'shadow' (float), 'temperature' (float), 'velocity' (vec3f)");
     refused(context, all, "velocity", "type vec3f is not read");
     refused(context, all, "Density", "has no grid 'Density'");
     refused(context, all, "", "has no grid ''");
@@ -251,7 +252,8 @@ END_TEST
 /* 1e16 + 1 - 1e16, in that order, is 0 without compensation; not-a-number and infinity are counted and left out. */
 START_TEST(the_sum_is_compensated_and_what_is_not_finite_is_counted) {
     NphLeaf *leaf = calloc(1, sizeof *leaf);
-    NphTile tiles[2] = {{.size = 8, .value = 0.5f, .active = 1}, {.origin = {8, 0, 0}, .size = 128, .value = 7, .active = 0}};
+    NphTile tiles[2] = {{.size = 8, .value = 0.5f, .active = 1},
+                        {.origin = {8, 0, 0}, .size = 128, .value = 7, .active = 0}};
     static const float values[] = {1e16f, 1.0f, -1e16f, NAN, INFINITY, -3.0f};
     for (int i = 0; i < 6; i++) {
         leaf->values[i] = values[i];

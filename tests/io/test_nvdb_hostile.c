@@ -34,9 +34,10 @@ static NphContext *open_limited(uint64_t bytes) {
 static void is_sound(const NphVolume *volume) {
     uint64_t active = 0;
     for (int64_t i = 0; i < volume->leaf_count; i++) {
-        for (int axis = 0; axis < 3; axis++) ck_assert_int_eq(volume->leaves[i].origin[axis] & 7, 0);
-        for (int n = 0; n < NPH_LEAF_VOXELS; n++) active += volume->leaves[i].active[n >> 6] >> (n & 63) & 1;
-        if (i) ck_assert_mem_ne(volume->leaves[i - 1].origin, volume->leaves[i].origin, sizeof volume->leaves[i].origin);
+        const NphLeaf *leaf = &volume->leaves[i];
+        for (int axis = 0; axis < 3; axis++) ck_assert_int_eq(leaf->origin[axis] & 7, 0);
+        for (int n = 0; n < NPH_LEAF_VOXELS; n++) active += leaf->active[n >> 6] >> (n & 63) & 1;
+        if (i) ck_assert_mem_ne(leaf[-1].origin, leaf->origin, sizeof leaf->origin);
     }
     for (int64_t i = 0; i < volume->tile_count; i++) {
         int64_t size = volume->tiles[i].size;
@@ -100,9 +101,10 @@ static NphVolume read_build(NphContext *context, Built *built) {
 }
 
 START_TEST(half_values_of_every_kind_are_exact) {
-    static const uint16_t bits[] = {0x0000, 0x8000, 0x3c00, 0xc000, 0x0001, 0x83ff, 0x0400, 0x7bff, 0x7c00, 0xfc00, 0x3555};
-    static const float values[] = {0, -0.0f, 1, -2, 5.9604644775390625e-8f, -6.0975551605224609e-5f, 6.103515625e-5f, 65504,
-                                   INFINITY, -INFINITY, 0.333251953125f};
+    static const uint16_t bits[] = {0x0000, 0x8000, 0x3c00, 0xc000, 0x0001, 0x83ff, 0x0400, 0x7bff,
+                                    0x7c00, 0xfc00, 0x3555};
+    static const float values[] = {0, -0.0f, 1, -2, 5.9604644775390625e-8f, -6.0975551605224609e-5f, 6.103515625e-5f,
+                                   65504, INFINITY, -INFINITY, 0.333251953125f};
     NphContext *context = nph_test_context(1);
     Built built = build(BUILD_HALF, 1120, 1);
     for (int i = 0; i < 11; i++) put_u16(built.grid + built.leaf + LEAF_TABLE + 2 * i, bits[i]);
@@ -130,7 +132,8 @@ START_TEST(variable_codes_of_every_width_are_unpacked) {
         put_f32(leaf + 84, 0.25f);
         for (uint32_t n = 0; n < 512 && bits <= 16; n++) {
             uint32_t code = (n * 2654435761u >> 8) & ((1u << bits) - 1u), at = n * bits;
-            for (uint32_t b = 0; b < bits; b++) leaf[96 + ((at + b) >> 3)] |= (unsigned char)((code >> b & 1u) << ((at + b) & 7));
+            for (uint32_t b = 0; b < bits; b++)
+                leaf[96 + ((at + b) >> 3)] |= (unsigned char)((code >> b & 1u) << ((at + b) & 7));
         }
         seal(&built, 1, 0);
         if (log_bits == 5) {
@@ -243,6 +246,16 @@ START_TEST(contradictions_between_header_and_nodes_are_refused) {
     seal(&built, 1, 0);
     refused_build(&built, "voxel (1, 2, 3) holds 2.5, outside the range its leaf states");
     built = build(BUILD_FLOAT, 2144, 1);
+    put_u32(built.grid + FLAGS_AT, 4 | 8); /* has averages, all 0 here */
+    put_f32(built.grid + built.leaf + 84, 1.0f); /* the leaf's maximum */
+    put_f32(built.grid + built.leaf + LEAF_TABLE + 4 * 83, 0.01f);
+    seal(&built, 1, 0);
+    refused_build(&built, "the leaf at (0, 0, 0) do not have the average it states");
+    built = build(BUILD_FLOAT, 2144, 2);
+    put_u32(built.grid + FLAGS_AT, 4); /* the root's range is 0 to 0, its tile holds 1 */
+    seal(&built, 2, 0);
+    refused_build(&built, "the tile at (4096, 0, 0) holds a value outside the range the root states");
+    built = build(BUILD_FLOAT, 2144, 1);
     put_u32(built.grid + COUNTS_AT, 0);
     seal(&built, 1, 0);
     refused_build(&built, "the tree holds more leaves than the 0 announced");
@@ -270,7 +283,8 @@ START_TEST(huge_and_negative_fields_are_refused_or_harmless) {
     NphContext *context = open_limited(32 << 20);
     const char *path = store("fields.nvdb", built.file, built.size);
     const size_t ranges[][2] = {{0, GRID_AT + 40}, {GRID_AT + MAP_AT, GRID_AT + MAP_AT + 8},
-                                {GRID_AT + MAP_AT + 144, GRID_AT + MAP_AT + 152}, {GRID_AT + 560, GRID_AT + built.upper + 40},
+                                {GRID_AT + MAP_AT + 144, GRID_AT + MAP_AT + 152},
+                                {GRID_AT + 560, GRID_AT + built.upper + 40},
                                 {GRID_AT + built.upper + UPPER_CHILDREN, GRID_AT + built.upper + UPPER_CHILDREN + 8},
                                 {GRID_AT + built.lower, GRID_AT + built.lower + 40},
                                 {GRID_AT + built.leaf, GRID_AT + built.leaf + 32}};
@@ -410,7 +424,8 @@ START_TEST(files_in_a_row_are_one_file_with_several_segments) {
     nph_volume_free(context, &volume);
     ck_assert_int_eq(nph_nvdb_read(context, path, "flame", &volume), NPH_BAD_INPUT);
     memcpy(both + one.size + NAME_AT, "density", 8);
-    ck_assert_int_eq(nph_nvdb_read(context, store("both.nvdb", both, one.size + two.size), NULL, &volume), NPH_BAD_INPUT);
+    path = store("both.nvdb", both, one.size + two.size);
+    ck_assert_int_eq(nph_nvdb_read(context, path, NULL, &volume), NPH_BAD_INPUT);
     ck_assert_ptr_nonnull(strstr(nph_test_messages(), "has 2 grids named 'density'"));
     nph_test_context_close(context);
     refused(store("tail.nvdb", both, one.size + two.size + 5), "a segment's header goes beyond the file's end");
@@ -421,7 +436,8 @@ START_TEST(files_in_a_row_are_one_file_with_several_segments) {
 END_TEST
 
 START_TEST(every_failing_allocation_is_reported_and_nothing_leaks) {
-    static const char *const files[] = {"reference/data/tiles/tiles.zip.nvdb", "reference/data/smoke/smoke_0024.none.nvdb"};
+    static const char *const files[] = {"reference/data/tiles/tiles.zip.nvdb",
+                                        "reference/data/smoke/smoke_0024.none.nvdb"};
     for (int i = 0; i < 2; i++) {
         NphStatus status = NPH_NO_MEMORY;
         uint64_t nth = 0;
