@@ -89,7 +89,7 @@ static NphStatus judge(CompareCommand *compare, const NphImage *a, const NphImag
     nph_image_free(context, &z);
     if (status != NPH_OK) return status;
     if (compare->json) print_json(&result);
-    else print_text(&result);
+    else if (!compare->session.quiet) print_text(&result);
     return result.verdict == NPH_SAME ? NPH_OK : NPH_DIFFERENT;
 }
 

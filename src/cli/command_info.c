@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * nephos info: what a file holds. */
+#include <string.h>
+
+#include "cli/command.h"
+#include "cli/info.h"
+#include "cli/session.h"
+#include "core/message.h"
+#include "io/describe.h"
+
+typedef NphStatus (*InfoFn)(Info *info);
+
+static NphStatus tell(Info *info, int as_json) {
+    static const InfoFn functions[NPH_FILE_KINDS] = {
+        [NPH_FILE_EXR] = info_exr, [NPH_FILE_NVDB] = info_nvdb, [NPH_FILE_NPY] = info_npy,
+        [NPH_FILE_LES] = info_les, [NPH_FILE_PART] = info_part, [NPH_FILE_SCENE] = info_scene,
+    };
+    NphFileKind kind = NPH_FILE_UNKNOWN;
+    NPH_TRY(nph_file_kind(info->context, info->path, &kind));
+    if (!functions[kind])
+        return nph_error(info->context, NPH_BAD_INPUT,
+                         "%s: this is %s; info reads OpenEXR, .nvdb, .npy, LES text, part files and scenes", info->path,
+                         nph_file_kind_name(kind));
+    if (facts_begin(&info->facts, as_json) != NPH_OK) return nph_error(info->context, NPH_NO_MEMORY, "no memory");
+    facts_text(&info->facts, "file", info->path);
+    facts_text(&info->facts, "kind", nph_file_kind_name(kind));
+    return facts_finish(&info->facts, functions[kind](info));
+}
+
+static NphStatus run(const Command *command, int argc, char **argv) {
+    Session session;
+    OptionTable table = {0};
+    TextList files = {0};
+    NphStatus status = NPH_OK;
+    int as_json = 0;
+    memset(&session, 0, sizeof session);
+    option_add(&table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &as_json,
+                                .meaning = "as JSON on standard output"});
+    session_add_options(&table, &session);
+    if (!command_begin(command, &table, argc, argv, &files, &status)) return status;
+    NPH_TRY(session_open(&session, command->name));
+    Info info = {.context = session.context, .path = files.items[0]};
+    return session_close(&session, tell(&info, as_json));
+}
+
+const Command command_info = {
+    .name = "info",
+    .arguments = "FILE [--json]",
+    .summary = "what a volume, picture, part file or scene holds",
+    .before = "Tells format, size, range, mean, active part, transform and the optical depth along the axes of a volume\n"
+              "(.nvdb, .npy, LES text); channels, attributes and noise of a picture (OpenEXR) or part file; sensor, media\n"
+              "and lights of a scene. The kind is told from the contents, not from the name.\n",
+    .examples = "  nephos info cloud.nvdb\n"
+                "  nephos info picture.exr --json\n",
+    .files_min = 1,
+    .files_max = 1,
+    .run = run,
+};
