@@ -8,7 +8,7 @@
 
 #include "core/text.h"
 
-enum { DIGITS = 7, COLUMN = 26 };
+enum { DIGITS = 7, COLUMN = 30 };
 
 NphStatus facts_begin(Facts *facts, int as_json) {
     memset(facts, 0, sizeof *facts);

@@ -14,12 +14,14 @@
 #include "io/half.h"
 
 static void tell_depths(Info *info, const NphGrid *grid, const NphGridStatistics *statistics) {
+    facts_group(&info->facts, "as_density");
     facts_integer(&info->facts, "nonzero", grid->active);
     facts_number(&info->facts, "mean", statistics->mean);
     facts_number(&info->facts, "mean_of_nonzero", statistics->mean_active);
     facts_numbers(&info->facts, "optical_depth_mean_xyz", 3, statistics->axis_depth_mean);
     facts_numbers(&info->facts, "optical_depth_max_xyz", 3, statistics->axis_depth_max);
-    facts_integer(&info->facts, "grid_bytes", (int64_t)nph_grid_bytes(grid));
+    facts_integer(&info->facts, "bytes", (int64_t)nph_grid_bytes(grid));
+    facts_end(&info->facts);
 }
 
 static NphStatus tell_grid(Info *info, NphGrid *grid) {
@@ -175,6 +177,21 @@ NphStatus info_npy(Info *info) {
     return status;
 }
 
+/* Tells the steps between levels and makes them even, which a grid needs: files round altitudes. */
+static void tell_levels(Info *info, NphArray *height_m) {
+    double *z = height_m->data, steps[2] = {HUGE_VAL, 0};
+    int64_t last = height_m->shape[0] - 1;
+    for (int64_t k = 0; k < last; k++) {
+        double step = z[k + 1] - z[k];
+        steps[0] = step < steps[0] ? step : steps[0];
+        steps[1] = step > steps[1] ? step : steps[1];
+    }
+    if (last < 1) return;
+    facts_numbers(&info->facts, "step_z_from_to_m", 2, steps);
+    double first = z[0], mean = (z[last] - z[0]) / (double)last;
+    for (int64_t k = 0; k < last; k++) z[k] = first + (double)k * mean;
+}
+
 static NphStatus tell_cloud(Info *info, const NphLes *les) {
     double lo[3], hi[3];
     NphArray extinction = {0};
@@ -183,7 +200,7 @@ static NphStatus tell_cloud(Info *info, const NphLes *les) {
     facts_numbers(&info->facts, "points_from_m", 3, lo);
     facts_numbers(&info->facts, "points_to_m", 3, hi);
     tell_range(info, "extinction_per_m_", &extinction);
-    facts_text(&info->facts, "seen_as", "points (centring: point), trilinear");
+    facts_text(&info->facts, "seen_as", "points (centring: point) on even levels, trilinear");
     NphStatus status = nph_grid_from_array(info->context, &extinction, lo, hi, NPH_CENTRING_POINT, NPH_OUTSIDE_ZERO,
                                            NPH_LOOKUP_TRILINEAR, info->path, &grid);
     nph_array_free(info->context, &extinction);
@@ -198,6 +215,7 @@ NphStatus info_les(Info *info) {
     facts_numbers(&info->facts, "spacing_xy_m", 2, les.spacing_m);
     tell_range(info, "water_g_per_m3_", &les.lwc_g_per_m3);
     tell_range(info, "radius_um_", &les.reff_um);
+    tell_levels(info, &les.height_m);
     NphStatus status = tell_cloud(info, &les);
     nph_les_free(info->context, &les);
     return status;
