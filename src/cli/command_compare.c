@@ -31,7 +31,7 @@ static void print_text(const NphComparison *result) {
     for (int c = 0; c < 3; c++)
         printf("%c      %13.6g %13.6g %17.3g%% %16.3g%%\n", channels[c], result->mean_a[c], result->mean_b[c],
                100 * result->difference[c], 100 * result->standard_error[c]);
-    printf("\nlevel       regions  different     same   worst |z|\n");
+    if (result->level_count) printf("\nlevel       regions  different     same   worst |z|\n");
     for (int i = 0; i < result->level_count; i++) print_level(&result->levels[i]);
     printf("\nluminance, relative to the mean of B: bias %.3g%%, RMSE %.3g%%, 99th percentile %.3g%%, largest %.3g%%\n",
            100 * result->relative_bias, 100 * result->relative_rmse, 100 * result->percentile_99, 100 * result->largest);
