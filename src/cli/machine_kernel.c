@@ -7,7 +7,7 @@
 #include "cli/machine.h"
 
 /* One chain of 16 steps x <- x m + a, 32 operations; m and a keep x near 1. */
-#define STEP(x) x = x * m + a;
+#define STEP(x) (x) = (x) * m + a;
 #define STEPS4(x) STEP(x) STEP(x) STEP(x) STEP(x)
 #define STEPS16(x) STEPS4(x) STEPS4(x) STEPS4(x) STEPS4(x)
 

@@ -20,7 +20,7 @@ static void send(NphContext *context, NphMessageLevel level, const char *format,
     pthread_mutex_unlock(&context->lock);
 }
 
-NphStatus nph_error(NphContext *context, NphStatus status, const char *format, ...) {
+NphStatus (nph_error)(NphContext *context, NphStatus status, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     send(context, NPH_MESSAGE_ERROR, format, arguments);

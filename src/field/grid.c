@@ -38,7 +38,8 @@ NphStatus nph_grid_layout(NphContext *context, const int64_t samples[3], NphCent
         grid->bricks[axis] = (int32_t)((n + NPH_BRICK - 1) / NPH_BRICK);
         grid->lo[axis] = inset;
         grid->hi[axis] = (double)(n - 1) - inset;
-        cells *= (double)((n - 1 + NPH_MAJORANT_CELL - 1) / NPH_MAJORANT_CELL);
+        int64_t row = (n - 1 + NPH_MAJORANT_CELL - 1) / NPH_MAJORANT_CELL;
+        cells *= (double)row;
     }
     if (cells > NPH_GRID_CELLS_MAX)
         return nph_error(context, NPH_BAD_INPUT,

@@ -7,6 +7,7 @@
  * right; last, both sums are merged. */
 #include "film/tree.h"
 
+#include <assert.h>
 #include <string.h>
 
 int nph_tree_nodes(int64_t begin, int64_t end, NphNode nodes[NPH_MAX_NODES]) {
@@ -98,6 +99,7 @@ static void fold(const NphFilm *film, int64_t tile, int value, int count, MergeP
     memset(out, 0, bytes);
     if (length == 0) return;
     split = find_split(nodes, length);
+    assert(split >= 0 && split <= length);
     for (int i = 0; i < split; i++) {
         const double *node = nph_film_node(film, tile, i) + at;
         NphJoin join = nph_join_of(rising.samples, nph_node_samples(nodes[i]));

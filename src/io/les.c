@@ -5,6 +5,7 @@
  *     comma separated    nx,ny,nz / dx,dy [km] / altitudes [km] / i,j,k,lwc,reff / a row per non-empty point
  *     SHDOM              nx ny nz / dx dy altitudes [km] / a row per point, all of them
  * Indices count from 0. '#' starts a comment anywhere, empty lines are skipped. Lengths become metres. */
+#include <assert.h>
 #include <float.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -133,6 +134,7 @@ static NphStatus need_line(Reader *reader, const char *what) {
 static NphStatus read_sizes(Reader *reader, size_t bytes) {
     static const char *const names[3] = {"nx", "ny", "nz"};
     NPH_TRY(need_line(reader, "the line nx,ny,nz"));
+    assert(reader->at != NULL);
     reader->commas = memchr(reader->at, ',', (size_t)(reader->stop - reader->at)) != NULL;
     uint64_t cells = 1, most = (uint64_t)bytes * CELLS_PER_BYTE;
     for (int axis = 0; axis < 3; axis++) {

@@ -2,6 +2,7 @@
  *
  * docs/scene.schema.json (JSON Schema 2020-12) from the table of keys: a definition per section; a section with variants
  * is one of as many objects. What it cannot say (order of bounds, unit vectors, contents of files) the reader checks. */
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -167,6 +168,7 @@ static void put_rules(NphJson *json, const char *section, const char *variant) {
         if (strcmp(rule->section, section) != 0 || (rule->applies && !nph_words_apply(rule->applies, variant))) continue;
         if (!opened++) nph_json_array(json, "allOf");
         int count = split_rule(rule->alternatives, keys);
+        assert(count > 0);
         nph_json_object(json, NULL);
         nph_json_array(json, "oneOf");
         for (int a = 0; a <= keys[count - 1].alternative; a++) put_alternative(json, keys, count, a);
