@@ -16,18 +16,19 @@ typedef struct NphFilm NphFilm;
 
 void nph_film_free(NphContext *context, NphFilm *film);
 
-/* Text that a film carries into its files: scene digest, seed, method, knobs, version (see docs/files.md). */
+/* Text that a film carries into its files: scene digest, seed, method, knobs, release (see docs/files.md). Refused
+ * (NPH_BAD_USAGE): names that OpenEXR keeps for itself ("version", "name", "type", ...), "samples", "samples_least". */
 NphStatus nph_film_set_text(NphContext *context, NphFilm *film, const char *name, const char *text);
 
 /* The picture: R G B A (A = 1 - mean transmittance over channels), Variance.R/G/B (of the mean), Vov.R/G/B (relative
  * variance of that variance), N (samples), Transmittance.R/G/B, Order.Y (radiance-weighted mean scattering order; 0
- * where there is no light), Z (mean distance of the first collision; 0 where there is none). Variances are 0 for a
- * single sample. Attributes: the film's texts and "samples". */
+ * where there is no light), Z (mean distance of the first collision; 0 where there is none). Pixels without samples are 0
+ * in every layer. Attributes: the film's texts, "samples", and "samples_least" when pixels differ in it. */
 NphStatus nph_film_image(NphContext *context, const NphFilm *film, NphImage *image);
 
 /* Noise of the whole picture. relative_error: standard error of the mean luminance over the picture divided by that
  * mean (0 when black). relative_rmse: root of the mean over pixels of the luminance's variance of the mean, over the
- * mean luminance. Luminance: Rec. 709 weights; channels are taken as fully correlated (an upper bound). */
+ * mean luminance. Both over the pixels that have samples. Luminance: Rec. 709 weights; channels are taken as fully correlated (an upper bound). */
 typedef struct NphFilmNoise {
     double mean_luminance, relative_error, relative_rmse;
     int64_t samples_min, samples_max;
@@ -35,7 +36,7 @@ typedef struct NphFilmNoise {
 void nph_film_noise(const NphFilm *film, NphFilmNoise *noise);
 
 /* sRGB preview, 8 bit: exposure in stops, or NAN for one that maps the 99th percentile of luminance to 0.8. rgb has
- * room for width * height * 3 of the crop. */
+ * room for width * height * 3 of the crop; NULL only asks for these. Pixels that are not finite are magenta. */
 NphStatus nph_film_preview(NphContext *context, const NphFilm *film, double exposure_stops, uint8_t *rgb, int *width,
                            int *height);
 NphStatus nph_film_write_png(NphContext *context, const NphFilm *film, double exposure_stops, const char *path);

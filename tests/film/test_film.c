@@ -141,6 +141,11 @@ static double grey_bad_sample(int x, int y, int64_t sample, int field) {
     return unread ? (double)NAN : plain_sample(x, y, sample, field);
 }
 
+static double grey_spoiled_sample(int x, int y, int64_t sample, int field) {
+    int here = x == 3 && y == 1 && sample == 17 && field == NPH_SAMPLE_T0;
+    return here ? (double)INFINITY : grey_bad_sample(x, y, sample, field);
+}
+
 START_TEST(one_channel_leaves_the_fields_of_the_others_unread) {
     NphContext *context = nph_test_context(1);
     Shape shape = {5, 5, {0, 0, 5, 5}, 1, 0, 32};
@@ -148,6 +153,11 @@ START_TEST(one_channel_leaves_the_fields_of_the_others_unread) {
     ck_assert(films_equal(film, clean));
     nph_film_free(context, film);
     nph_film_free(context, clean);
+    film = full_film(context, &shape, 32, grey_spoiled_sample);
+    NphNonfinite report;
+    nph_film_nonfinite(film, &report);
+    ck_assert(report.count == 1 && report.x == 3 && report.y == 1 && report.sample == 17);
+    nph_film_free(context, film);
     nph_test_context_close(context);
 }
 END_TEST

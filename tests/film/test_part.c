@@ -153,6 +153,23 @@ START_TEST(the_bytes_are_those_of_the_description) {
 }
 END_TEST
 
+/* Samples by + - * / alone, so that compiler, optimisation and vector level have nothing to differ by but the film. */
+START_TEST(the_file_has_the_same_bytes_with_every_compiler_and_vector_level) {
+    NphContext *context = nph_test_context(1);
+    Shape shape = {50, 40, {3, 2, 44, 35}, 3, 80, 16 * 60};
+    NphFilm *film = with_texts(context, full_film(context, &shape, 32, odd_sample));
+    size_t size;
+    char text[40] = "";
+    ck_assert_int_eq(nph_film_write_part(context, film, nph_test_temporary("golden.part")), NPH_OK);
+    char *bytes = bytes_of(context, nph_test_temporary("golden.part"), &size);
+    for (int i = 0; i < 16; i++) snprintf(text + 2 * i, 3, "%02x", (unsigned)(unsigned char)bytes[size - 16 + (size_t)i]);
+    ck_assert_str_eq(text, "7abb5c7551408e5e68b70f9ba0df49f8");
+    nph_free(context, bytes);
+    nph_film_free(context, film);
+    nph_test_context_close(context);
+}
+END_TEST
+
 /* Writes the bytes, expects a refusal that names file and byte. */
 static const char *check_refused(NphContext *context, const void *bytes, size_t size, const char *what, long which) {
     const char *path = nph_test_temporary("bad.part");
@@ -282,6 +299,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, an_interrupted_film_keeps_each_tiles_own_count);
     tcase_add_test(cases, the_sign_of_a_nan_does_not_reach_the_file);
     tcase_add_test(cases, the_bytes_are_those_of_the_description);
+    tcase_add_test(cases, the_file_has_the_same_bytes_with_every_compiler_and_vector_level);
     tcase_add_test(cases, every_truncation_and_every_flipped_bit_is_refused);
     tcase_add_test(cases, foreign_and_random_bytes_are_refused);
     tcase_add_test(cases, fields_that_contradict_each_other_are_refused_although_the_digest_fits);

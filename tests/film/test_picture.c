@@ -3,6 +3,7 @@
  * The layers of a picture against the samples they come from. */
 #include <float.h>
 #include <math.h>
+#include <xxhash.h>
 
 #include "film_samples.h"
 
@@ -69,6 +70,21 @@ START_TEST(every_layer_is_its_formula_over_the_samples) {
     ck_assert(image.full_width == 50 && image.full_height == 40 && image.channel_count == 16);
     for (int y = 7; y < 22; y++)
         for (int x = 13; x < 43; x++) check_pixel(&image, x, y, shape.begin, shape.end);
+    nph_image_free(context, &image);
+    nph_film_free(context, film);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(the_planes_have_the_same_bytes_with_every_compiler_and_vector_level) {
+    NphContext *context = nph_test_context(1);
+    Shape shape = {50, 40, {13, 7, 43, 22}, 3, 48, 16 * 53};
+    NphFilm *film = full_film(context, &shape, 32, path_sample);
+    NphImage image = image_of(context, film);
+    XXH64_hash_t digest = 0;
+    for (int i = 0; i < image.channel_count; i++)
+        digest = XXH3_64bits_withSeed(image.channels[i].pixels, 30 * 15 * sizeof(float), digest);
+    ck_assert_msg(digest == UINT64_C(0x242f3a670848a9e5), "digest %016llx", (unsigned long long)digest);
     nph_image_free(context, &image);
     nph_film_free(context, film);
     nph_test_context_close(context);
@@ -287,6 +303,7 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, every_layer_is_its_formula_over_the_samples);
+    tcase_add_test(cases, the_planes_have_the_same_bytes_with_every_compiler_and_vector_level);
     tcase_add_test(cases, texts_and_the_number_of_samples_become_attributes);
     tcase_add_test(cases, grey_samples_give_equal_channels);
     tcase_add_test(cases, a_tile_without_samples_is_zero_everywhere_and_the_counts_say_so);

@@ -2,6 +2,7 @@
  *
  * Previews: the sRGB curve, the exposure, and pictures that have none. */
 #include <math.h>
+#include <xxhash.h>
 
 #include "core/memory.h"
 #include "film_samples.h"
@@ -122,6 +123,24 @@ START_TEST(colours_and_pixels_stand_where_they_belong_in_a_crop) {
 }
 END_TEST
 
+START_TEST(the_levels_are_the_same_with_every_compiler) {
+    NphContext *context = nph_test_context(1);
+    Shape shape = {64, 64, {0, 0, 64, 64}, 3, 0, 32};
+    static uint8_t rgb[3 * 64 * 64];
+    static const double stops[3] = {(double)NAN, -1.3, 0.7};
+    NphFilm *film = full_film(context, &shape, 32, plain_sample);
+    XXH64_hash_t digest = 0;
+    for (int i = 0; i < 3; i++) {
+        int width, height;
+        ck_assert_int_eq(nph_film_preview(context, film, stops[i], rgb, &width, &height), NPH_OK);
+        digest = XXH3_64bits_withSeed(rgb, sizeof rgb, digest);
+    }
+    ck_assert_msg(digest == UINT64_C(0x88e49b95bc3533a9), "digest %016llx", (unsigned long long)digest);
+    nph_film_free(context, film);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(the_png_is_written_with_the_same_bytes_each_time) {
     NphContext *context = nph_test_context(1);
     Shape shape = {20, 18, {1, 2, 20, 18}, 3, 0, 32};
@@ -153,6 +172,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, dark_pictures_are_black_and_a_single_light_is_still_seen);
     tcase_add_test(cases, what_is_not_finite_is_magenta_and_does_not_move_the_exposure);
     tcase_add_test(cases, colours_and_pixels_stand_where_they_belong_in_a_crop);
+    tcase_add_test(cases, the_levels_are_the_same_with_every_compiler);
     tcase_add_test(cases, the_png_is_written_with_the_same_bytes_each_time);
 }
 
