@@ -10,8 +10,7 @@
 #include "core/message.h"
 
 /* How far an altitude may be from its equidistant place, in units of the spacing: files round to whole metres (les_stcu
- * has 438, 463, 488, 512 m ...), while levels that grow by 1% each are off by more once
- * there are eight. */
+ * has 438, 463, 488, 512 m ...). Eight levels that grow by 1% each are off by 0.06 already. */
 static const double level_tolerance = 0.05;
 
 static NphStatus check_shapes(NphContext *context, const NphLes *les, const char *what) {
