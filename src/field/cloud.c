@@ -33,7 +33,8 @@ static NphStatus check_levels(NphContext *context, const NphArray *height_m, con
     double spacing = n > 1 ? (z[n - 1] - z[0]) / (double)(n - 1) : 1;
     for (int64_t k = 0; k < n; k++)
         if (!isfinite(z[k]))
-            return nph_error(context, NPH_BAD_INPUT, "%s: the altitude of level %lld is %g m", what, (long long)k, z[k]);
+            return nph_error(context, NPH_BAD_INPUT, "%s: the altitude of level %lld is %g m", what, (long long)k,
+                             z[k]);
     if (!(spacing > 0))
         return nph_error(context, NPH_BAD_INPUT, "%s: altitudes do not rise (%g m to %g m)", what, z[0], z[n - 1]);
     for (int64_t k = 0; k < n; k++) {
@@ -59,8 +60,9 @@ static NphStatus convert(NphContext *context, const NphLes *les, const char *wha
         }
         return nph_error(context, NPH_BAD_INPUT,
                          "%s: point (%lld, %lld, %lld) has %g g/m3 of water and a radius of %g um; water is finite and "
-                         "not negative, the radius above 0 where there is water", what, (long long)(i % nx),
-                         (long long)(i / nx % ny), (long long)(i / (nx * ny)), (double)lwc[i], (double)reff[i]);
+                         "not negative, the radius above 0 where there is water",
+                         what, (long long)(i % nx), (long long)(i / nx % ny), (long long)(i / (nx * ny)),
+                         (double)lwc[i], (double)reff[i]);
     }
     return NPH_OK;
 }

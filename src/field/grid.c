@@ -44,8 +44,9 @@ NphStatus nph_grid_layout(NphContext *context, const int64_t samples[3], NphCent
     if (cells > NPH_GRID_CELLS_MAX)
         return nph_error(context, NPH_BAD_INPUT,
                          "%s: a box of %lld x %lld x %lld voxels is too large: its bounds would take %.0f cells of 4^3 "
-                         "voxels; at most %d", what, (long long)samples[0], (long long)samples[1],
-                         (long long)samples[2], cells, NPH_GRID_CELLS_MAX);
+                         "voxels; at most %d",
+                         what, (long long)samples[0], (long long)samples[1], (long long)samples[2], cells,
+                         NPH_GRID_CELLS_MAX);
     return NPH_NEW(context, product3(grid->bricks), what, &grid->brick_index);
 }
 
@@ -58,8 +59,8 @@ NphStatus nph_grid_finish(NphContext *context, const char *what, NphGrid *grid) 
     const double *m = grid->world_from_lattice;
     for (int i = 0; i < 12; i++)
         if (!isfinite(m[i]))
-            return nph_error(context, NPH_BAD_INPUT, "%s: its transform is not finite (row %d, column %d)", what,
-                             i / 4, i % 4);
+            return nph_error(context, NPH_BAD_INPUT, "%s: its transform is not finite (row %d, column %d)", what, i / 4,
+                             i % 4);
     double volume = determinant(m);
     if (volume == 0 || !isfinite(volume))
         return nph_error(context, NPH_BAD_INPUT, "%s: its transform is singular: a voxel has the volume %g", what,

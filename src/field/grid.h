@@ -16,7 +16,7 @@
 #include "io/volume.h"
 
 enum { NPH_BRICK = 8, NPH_BRICK_EDGE = 9, NPH_BRICK_STRIDE = 736 }; /* 9^3 = 729, padded to a multiple of 16 */
-enum { NPH_MAJORANT_CELL = 4 };                                      /* edge of a majorant cell in samples */
+enum { NPH_MAJORANT_CELL = 4 };                                     /* edge of a majorant cell in samples */
 
 /* Limits, refused beyond them with NPH_BAD_INPUT: samples along an axis with padding (an f32 position in the lattice is
  * then good to 2^-8), majorant cells of the whole box (1 GiB; about 2500^3 voxels), bricks stored (16 GiB: offsets
@@ -34,22 +34,22 @@ typedef enum NphLookup { NPH_LOOKUP_NEAREST, NPH_LOOKUP_TRILINEAR } NphLookup;
  * empty cell (bound 0) holds minus the number k of cells that may be skipped: all cells within Chebyshev distance
  * k - 1 of it are empty (cells beyond the grid count as empty); k >= 1. */
 typedef struct NphMajorant {
-    int32_t n[3];   /* cells per axis */
-    float *cells;   /* [z][y][x] */
+    int32_t n[3]; /* cells per axis */
+    float *cells; /* [z][y][x] */
 } NphMajorant;
 
 typedef struct NphGrid {
-    int32_t n[3];           /* samples per axis, padding included; >= 3 */
-    int32_t bricks[3];      /* ceil(n / 8) */
-    int32_t *brick_index;   /* [bz][by][bx]: number of the brick; 0 is the brick of zeros */
-    int64_t brick_count;    /* at least 1; equal constant bricks are shared */
-    float *values;          /* brick_count * NPH_BRICK_STRIDE; within a brick z * 81 + y * 9 + x */
-    double lo[3], hi[3];    /* the medium's box in lattice space */
+    int32_t n[3];                  /* samples per axis, padding included; >= 3 */
+    int32_t bricks[3];             /* ceil(n / 8) */
+    int32_t *brick_index;          /* [bz][by][bx]: number of the brick; 0 is the brick of zeros */
+    int64_t brick_count;           /* at least 1; equal constant bricks are shared */
+    float *values;                 /* brick_count * NPH_BRICK_STRIDE; within a brick z * 81 + y * 9 + x */
+    double lo[3], hi[3];           /* the medium's box in lattice space */
     double world_from_lattice[12]; /* row-major 3x4, before any transform of the scene */
     NphLookup lookup;
-    float min, max;         /* of the stored samples without padding */
-    double sum;             /* over samples without padding, compensated */
-    int64_t active;         /* samples different from zero */
+    float min, max; /* of the stored samples without padding */
+    double sum;     /* over samples without padding, compensated */
+    int64_t active; /* samples different from zero */
     NphMajorant majorant;
 } NphGrid;
 

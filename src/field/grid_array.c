@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * From a dense array to bricks. A row of bricks along x is the unit of work: its 9 x 9 rows of samples, apron and padding
- * included, are converted to float once to learn which bricks are zeros or constant, and once more to fill the others. */
+ * From a dense array to bricks. A row of bricks along x is the unit of work: its 9 x 9 rows of samples, apron and
+ * padding included, are converted to float once to learn which bricks are zeros or constant, and once more to fill the
+ * others. */
 #include <math.h>
 
 #include "core/memory.h"
@@ -46,7 +47,8 @@ static float density(double value) { return nph_density_ok(value) ? (float)value
 static void convert_row(const NphArray *array, int64_t i, int64_t nx, float *row) {
     if (array->type == NPH_F32) {
         const float *from = (const float *)array->data + i;
-        for (int64_t x = 0; x < nx; x++) row[x] = from[x] >= 0 && from[x] <= (float)NPH_DENSITY_MAX ? from[x] + 0.0f : -1.0f;
+        for (int64_t x = 0; x < nx; x++)
+            row[x] = from[x] >= 0 && from[x] <= (float)NPH_DENSITY_MAX ? from[x] + 0.0f : -1.0f;
         return;
     }
     for (int64_t x = 0; x < nx; x++) row[x] = density(element(array, i + x));
@@ -120,8 +122,9 @@ static NphStatus report_first_bad(NphContext *context, const NphArray *array, co
         if (nph_density_ok(value)) continue;
         return nph_error(context, NPH_BAD_INPUT,
                          "%s: voxel [z, y, x] = [%lld, %lld, %lld] is %g; densities are finite, not negative and at "
-                         "most %g", what, (long long)(i / (nx * ny)), (long long)(i / nx % ny), (long long)(i % nx),
-                         value, NPH_DENSITY_MAX);
+                         "most %g",
+                         what, (long long)(i / (nx * ny)), (long long)(i / nx % ny), (long long)(i % nx), value,
+                         NPH_DENSITY_MAX);
     }
     return NPH_OK;
 }
@@ -132,8 +135,7 @@ static NphStatus check_array(NphContext *context, const NphArray *array, NphCent
         return nph_error(context, NPH_BAD_INPUT, "%s: has %d axes; a density has three, [z][y][x]", what, array->rank);
     for (int axis = 0; axis < 3; axis++) {
         int64_t size = array->shape[2 - axis];
-        if (size < 1)
-            return nph_error(context, NPH_BAD_INPUT, "%s: has no voxels along %c", what, "xyz"[axis]);
+        if (size < 1) return nph_error(context, NPH_BAD_INPUT, "%s: has no voxels along %c", what, "xyz"[axis]);
         if (size < 2 && centring != NPH_CENTRING_CELL)
             return nph_error(context, NPH_BAD_INPUT,
                              "%s: one point along %c spans nothing; at least two, or the centring `cell`", what,
@@ -178,8 +180,8 @@ NphStatus nph_grid_from_array(NphContext *context, const NphArray *array, const 
     NphGrid made = {.lookup = lookup};
     ArrayBuild build = {.array = array, .grid = &made, .outside = outside};
     NPH_TRY(check_array(context, array, centring, outside, what));
-    NphStatus status = nph_grid_layout(context, (int64_t[]){array->shape[2], array->shape[1], array->shape[0]},
-                                       centring, what, &made);
+    NphStatus status =
+        nph_grid_layout(context, (int64_t[]){array->shape[2], array->shape[1], array->shape[0]}, centring, what, &made);
     if (status == NPH_OK) status = place(context, lo, hi, centring, what, &made);
     if (status == NPH_OK) status = build_bricks(context, &build, what);
     nph_free(context, build.scratch);

@@ -90,9 +90,12 @@ NphStatus nph_grid_number(NphContext *context, const char *what, NphGrid *grid, 
             if (grid->brick_index[brick] == NPH_BRICK_OWN) grid->brick_index[brick] = next++;
         grid->brick_count = next;
         if (next > NPH_GRID_BRICKS_MAX)
-            status = nph_error(context, NPH_BAD_INPUT, "%s: %d bricks of 8^3 samples that are not empty are too many; "
-                               "at most %d (16 GiB)", what, (int)next, NPH_GRID_BRICKS_MAX);
-        else status = NPH_NEW(context, (size_t)next * NPH_BRICK_STRIDE, what, &grid->values);
+            status = nph_error(context, NPH_BAD_INPUT,
+                               "%s: %d bricks of 8^3 samples that are not empty are too many; "
+                               "at most %d (16 GiB)",
+                               what, (int)next, NPH_GRID_BRICKS_MAX);
+        else
+            status = NPH_NEW(context, (size_t)next * NPH_BRICK_STRIDE, what, &grid->values);
     }
     if (status == NPH_OK) fill_constants(&constants, grid);
     constants_free(context, &constants);

@@ -58,8 +58,10 @@ static void measure_brick(Totals *totals, const NphGrid *grid, const int32_t bri
     for (int z = begin[2]; z < end[2]; z++)
         for (int y = begin[1]; y < end[1]; y++) {
             const float *row = values + z * NPH_BRICK_EDGE * NPH_BRICK_EDGE + y * NPH_BRICK_EDGE;
-            if (begin[0] == 0 && end[0] == LANES) add_row(totals, row, 0, LANES);
-            else add_row(totals, row, begin[0], end[0]);
+            if (begin[0] == 0 && end[0] == LANES)
+                add_row(totals, row, 0, LANES);
+            else
+                add_row(totals, row, begin[0], end[0]);
         }
 }
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Means and optical depths of a grid, as `nephos info` prints them. A line through samples sees the interpolant as a sum
- * of hats (trilinear) or boxes (nearest) of one lattice unit, so its exact integral over the grid's box is the sum of
- * the samples times how much of their hat lies inside. Each column of bricks is folded alone, then all in rising order. */
+ * Means and optical depths of a grid, as `nephos info` prints them. A line through samples sees the interpolant as a
+ * sum of hats (trilinear) or boxes (nearest) of one lattice unit, so its exact integral over the grid's box is the sum
+ * of the samples times how much of their hat lies inside. Each column of bricks is folded alone, then all in rising
+ * order. */
 #include <math.h>
 
 #include "core/memory.h"
@@ -16,9 +17,9 @@ typedef struct Lines {
 
 typedef struct Depth {
     const NphGrid *grid;
-    int axis[3];      /* along the lines; across them: the faster and the slower one */
-    double *weights;  /* of the samples along the lines, lattice units; for whole bricks */
-    Lines *columns;   /* one a column of bricks */
+    int axis[3];     /* along the lines; across them: the faster and the slower one */
+    double *weights; /* of the samples along the lines, lattice units; for whole bricks */
+    Lines *columns;  /* one a column of bricks */
 } Depth;
 
 /* Integral from its lower end to t of the hat 1 - |t| or of the box |t| < 1/2. */
@@ -75,7 +76,8 @@ static NphStatus axis_depth(NphContext *context, const NphGrid *grid, int along,
     NphStatus status = NPH_NEW(context, columns, "optical depths of a grid", &depth.columns);
     if (status == NPH_OK) {
         for (int32_t i = 0; i < grid->n[along]; i++)
-            depth.weights[i] = hat_below(grid->hi[along] - i, grid->lookup) - hat_below(grid->lo[along] - i, grid->lookup);
+            depth.weights[i] =
+                hat_below(grid->hi[along] - i, grid->lookup) - hat_below(grid->lo[along] - i, grid->lookup);
         status = nph_pool_run(context, columns, add_column, &depth, NULL);
     }
     if (status == NPH_OK) {

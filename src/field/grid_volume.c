@@ -22,10 +22,10 @@ typedef struct VolumeBuild {
     const NphVolume *volume;
     const char *what;
     NphGrid *grid;
-    int64_t base[3];     /* the file's lattice point of sample 0 */
-    int64_t samples[3];  /* active box */
-    LeafMarks *marks;    /* one a leaf */
-    int16_t *covered;    /* one a brick: samples that have been given a constant */
+    int64_t base[3];    /* the file's lattice point of sample 0 */
+    int64_t samples[3]; /* active box */
+    LeafMarks *marks;   /* one a leaf */
+    int16_t *covered;   /* one a brick: samples that have been given a constant */
     int32_t shared_end;
 } VolumeBuild;
 
@@ -214,8 +214,7 @@ static NphStatus fill_leaves(void *data, int64_t block, int worker) {
             for (int z = begin[2]; z < end[2]; z++)
                 for (int y = begin[1]; y < end[1]; y++) {
                     int row = ((z - begin[2] + at[2]) * EDGE + y - begin[1] + at[1]) * EDGE + at[0];
-                    for (int x = begin[0]; x < end[0]; x++)
-                        values[row + x - begin[0]] = voxels[z * 64 + y * 8 + x];
+                    for (int x = begin[0]; x < end[0]; x++) values[row + x - begin[0]] = voxels[z * 64 + y * 8 + x];
                 }
         }
     }
@@ -308,12 +307,14 @@ static NphStatus check_values(const VolumeBuild *build) {
     }
     for (int64_t i = 0; i < volume->tile_count; i++) {
         const NphTile *tile = &volume->tiles[i];
-        if (!tile->active) stray += (uint64_t)(tile->value != 0);
+        if (!tile->active)
+            stray += (uint64_t)(tile->value != 0);
         else if (!nph_density_ok((double)tile->value))
-            return nph_error(build->context, NPH_BAD_INPUT, "%s: the tile of %d^3 voxels from (%d, %d, %d) on is %g; "
-                             "densities are finite, not negative and at most %g", build->what, (int)tile->size,
-                             (int)tile->origin[0], (int)tile->origin[1], (int)tile->origin[2], (double)tile->value,
-                             NPH_DENSITY_MAX);
+            return nph_error(build->context, NPH_BAD_INPUT,
+                             "%s: the tile of %d^3 voxels from (%d, %d, %d) on is %g; "
+                             "densities are finite, not negative and at most %g",
+                             build->what, (int)tile->size, (int)tile->origin[0], (int)tile->origin[1],
+                             (int)tile->origin[2], (double)tile->value, NPH_DENSITY_MAX);
     }
     if (stray > 0)
         nph_warn(build->context, "%s: %llu inactive voxels or tiles are not 0; they are taken as 0", build->what,
@@ -348,8 +349,8 @@ static NphStatus build_bricks(VolumeBuild *build, NphCentring centring) {
     find_box(build);
     NPH_TRY(nph_grid_layout(context, build->samples, centring, build->what, grid));
     NPH_TRY(NPH_NEW(context, volume->leaf_count, build->what, &build->marks));
-    NPH_TRY(NPH_NEW(context, (int64_t)grid->bricks[0] * grid->bricks[1] * grid->bricks[2], build->what,
-                    &build->covered));
+    NPH_TRY(
+        NPH_NEW(context, (int64_t)grid->bricks[0] * grid->bricks[1] * grid->bricks[2], build->what, &build->covered));
     NPH_TRY(nph_pool_run(context, blocks, code_leaves, build, NULL));
     NPH_TRY(check_values(build));
     mark_bricks(build);

@@ -19,7 +19,7 @@ enum { EDGE = NPH_BRICK_EDGE, BRICKS_PER_BLOCK = 64 };
 typedef struct MajorantBuild {
     const NphGrid *grid;
     NphMajorant *majorant;
-    float *maxima;  /* a brick has 2 x 2 x 2 cells, [z][y][x]: its apron makes them whole */
+    float *maxima; /* a brick has 2 x 2 x 2 cells, [z][y][x]: its apron makes them whole */
 } MajorantBuild;
 
 static inline float larger(float a, float b) { return a > b ? a : b; }

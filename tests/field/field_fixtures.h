@@ -29,7 +29,8 @@ typedef double (*FieldFn)(int x, int y, int z, void *user);
 /* f64 array [z][y][x] of a function of the voxel's indices. */
 static inline NphArray field_array(NphContext *context, const int size[3], FieldFn function, void *user) {
     NphArray array = {0};
-    ck_assert_int_eq(nph_array_new(context, NPH_F64, 3, (int64_t[]){size[2], size[1], size[0]}, "field", &array), NPH_OK);
+    ck_assert_int_eq(nph_array_new(context, NPH_F64, 3, (int64_t[]){size[2], size[1], size[0]}, "field", &array),
+                     NPH_OK);
     double *value = array.data;
     for (int z = 0; z < size[2]; z++)
         for (int y = 0; y < size[1]; y++)

@@ -69,7 +69,8 @@ START_TEST(points_and_levels_that_mean_nothing_are_named) {
     float *lwc = les.lwc_g_per_m3.data, *reff = les.reff_um.data;
     double *height = les.height_m.data;
     int at = (3 * NY + 1) * NX + 2; /* (2, 1, 3) */
-    static const float bad[][2] = {{1, 0}, {-1, 5}, {NAN, 5}, {HUGE_VALF, 5}, {1, NAN}, {1, -3}, {1, HUGE_VALF}, {1e38f, 1e-3f}};
+    static const float bad[][2] = {{1, 0},   {-1, 5}, {NAN, 5},       {HUGE_VALF, 5},
+                                   {1, NAN}, {1, -3}, {1, HUGE_VALF}, {1e38f, 1e-3f}};
     for (int i = 0; i < 8; i++) {
         lwc[at] = bad[i][0];
         reff[at] = bad[i][1];
@@ -100,8 +101,8 @@ START_TEST(points_and_levels_that_mean_nothing_are_named) {
 }
 END_TEST
 
-/* Per km, as recorded beside the files; NAN where nothing is recorded. The VDB centring integrates whole hats: a column's
- * depth is the sum of its points times the spacing, as it was recorded. */
+/* Per km, as recorded beside the files; NAN where nothing is recorded. The VDB centring integrates whole hats: a
+ * column's depth is the sum of its points times the spacing, as it was recorded. */
 static void check_cloud(const char *name, double max, double mean_in_cloud, double depth_mean, double depth_max) {
     NphContext *context = nph_test_context(2);
     NphLes les;
@@ -112,8 +113,9 @@ static void check_cloud(const char *name, double max, double mean_in_cloud, doub
     ck_assert_int_eq(nph_cloud_extinction(context, &les, path, &sigma, lo, hi), NPH_OK);
     NphGrid grid;
     NphGridStatistics statistics;
-    ck_assert_int_eq(nph_grid_from_array(context, &sigma, lo, hi, NPH_CENTRING_VDB, NPH_OUTSIDE_ZERO, NPH_LOOKUP_TRILINEAR,
-                                         path, &grid), NPH_OK);
+    ck_assert_int_eq(nph_grid_from_array(context, &sigma, lo, hi, NPH_CENTRING_VDB, NPH_OUTSIDE_ZERO,
+                                         NPH_LOOKUP_TRILINEAR, path, &grid),
+                     NPH_OK);
     ck_assert_int_eq(nph_grid_statistics(context, &grid, &statistics), NPH_OK);
     /* half a unit of the last recorded digit */
     if (!isnan(max)) ck_assert_double_eq_tol(1000 * (double)grid.max, max, max > 200 ? 0.05 : 0.005);
@@ -137,7 +139,7 @@ START_TEST(a_single_rico_cloud_has_its_recorded_extinction_and_depth) {
 END_TEST
 
 START_TEST(stratocumulus_has_its_recorded_extinction_and_depth) {
-    /* 6.799 and 26.262 were recorded for levels 25 m apart; the file rounds them to 438 .. 812 m, 15 steps of 374 / 15 m */
+    /* 6.799 and 26.262 were recorded for levels 25 m apart; the file rounds them to 438 .. 812 m: 15 of 374 / 15 m */
     check_cloud("reference/data/gpl/les_stcu.txt", 264.5, NAN, 6.799 * 374 / 375, 26.262 * 374 / 375);
 }
 END_TEST

@@ -146,9 +146,9 @@ START_TEST(the_sum_is_the_integral_of_the_interpolant_for_vdb_centring) {
 }
 END_TEST
 
-#define STORE(type, ctype)                                                             \
-    case type:                                                                         \
-        for (int64_t i = 0; i < count; i++) ((ctype *)made.data)[i] = (ctype)values[i]; \
+#define STORE(type, ctype)                                                                                             \
+    case type:                                                                                                         \
+        for (int64_t i = 0; i < count; i++) ((ctype *)made.data)[i] = (ctype)values[i];                                \
         break
 
 /* The same numbers, all integers below 250, in another type. */
@@ -336,7 +336,8 @@ START_TEST(shapes_and_boxes_that_mean_nothing_are_refused) {
         NphGrid grid;
         double low[3] = {0, edges[i][0], 0}, high[3] = {1, edges[i][1], 1};
         ck_assert_int_eq(nph_grid_from_array(context, &array, low, high, NPH_CENTRING_CELL, NPH_OUTSIDE_ZERO,
-                                             NPH_LOOKUP_NEAREST, "box", &grid), NPH_BAD_INPUT);
+                                             NPH_LOOKUP_NEAREST, "box", &grid),
+                         NPH_BAD_INPUT);
         ck_assert_ptr_nonnull(strstr(nph_test_messages(), "along y"));
     }
     nph_array_free(context, &array);

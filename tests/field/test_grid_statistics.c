@@ -47,7 +47,8 @@ START_TEST(axis_depths_are_the_integrals_of_the_lookup) {
     uint64_t seed = 1;
     NphArray array = field_array(context, (int[]){11, 6, 9}, noise, &seed);
     for (int i = 0; i < 8; i++) {
-        NphGrid grid = build(context, &array, centrings[i % 4], outsides[i % 4], i < 4 ? NPH_LOOKUP_TRILINEAR : NPH_LOOKUP_NEAREST);
+        NphGrid grid = build(context, &array, centrings[i % 4], outsides[i % 4],
+                             i < 4 ? NPH_LOOKUP_TRILINEAR : NPH_LOOKUP_NEAREST);
         NphGridStatistics statistics;
         ck_assert_int_eq(nph_grid_statistics(context, &grid, &statistics), NPH_OK);
         for (int axis = 0; axis < 3; axis++) {
@@ -126,8 +127,11 @@ static double ray_difference(NphContext *context, const NphGrid *a, const NphGri
         for (int g = 0; g < 2; g++) {
             for (int i = 0; i < STEPS; i++)
                 for (int axis = 0; axis < 3; axis++)
-                    at[g][axis][i] = field_lattice(grids[g], axis, from[axis] + (to[axis] - from[axis]) * (i + 0.5) / STEPS);
-            ck_assert_int_eq(nph_grid_sample(context, grids[g], 64, STEPS, (const void *[]){at[g][0], at[g][1], at[g][2]}, out[g]), NPH_OK);
+                    at[g][axis][i] =
+                        field_lattice(grids[g], axis, from[axis] + (to[axis] - from[axis]) * (i + 0.5) / STEPS);
+            ck_assert_int_eq(
+                nph_grid_sample(context, grids[g], 64, STEPS, (const void *[]){at[g][0], at[g][1], at[g][2]}, out[g]),
+                NPH_OK);
             depth[g] = 0;
             for (int i = 0; i < STEPS; i++) depth[g] += out[g][i];
             depth[g] *= sqrt(length) / STEPS;

@@ -28,7 +28,8 @@ static int kind(const Sparse *sparse, int lx, int ly, int lz) {
 /* Value and activity of a voxel, counted from the origin. */
 static float voxel(const Sparse *sparse, int x, int y, int z, int *active) {
     *active = 0;
-    if (x < 0 || y < 0 || z < 0 || x >= 8 * sparse->leaves || y >= 8 * sparse->leaves || z >= 8 * sparse->leaves) return 0;
+    if (x < 0 || y < 0 || z < 0 || x >= 8 * sparse->leaves || y >= 8 * sparse->leaves || z >= 8 * sparse->leaves)
+        return 0;
     switch (kind(sparse, x / 8, y / 8, z / 8)) {
     case LEAF: {
         uint64_t h = hash3(sparse, x + 1000, y, z);
@@ -36,9 +37,7 @@ static float voxel(const Sparse *sparse, int x, int y, int z, int *active) {
         return *active && h % 8 != 1 ? 1 + (float)(h % 97) : 0;
     }
     case CONSTANT_LEAF:
-    case TILE:
-        *active = 1;
-        return 2;
+    case TILE: *active = 1; return 2;
     default: return 0;
     }
 }
@@ -51,7 +50,8 @@ static NphVolume make_volume(const Sparse *sparse) {
     for (int lx = 0; lx < n; lx++)
         for (int ly = 0; ly < n; ly++)
             for (int lz = 0; lz < n; lz++) {
-                int32_t origin[3] = {sparse->origin[0] + 8 * lx, sparse->origin[1] + 8 * ly, sparse->origin[2] + 8 * lz};
+                int32_t origin[3] = {sparse->origin[0] + 8 * lx, sparse->origin[1] + 8 * ly,
+                                     sparse->origin[2] + 8 * lz};
                 int what = kind(sparse, lx, ly, lz);
                 if (what == ABSENT) continue;
                 if (what == TILE || what == INACTIVE_TILE) {
@@ -66,7 +66,8 @@ static NphVolume make_volume(const Sparse *sparse) {
                 memcpy(leaf->origin, origin, sizeof origin);
                 for (int i = 0; i < 512; i++) {
                     int active = 0;
-                    leaf->values[i] = voxel(sparse, 8 * lx + (i >> 6), 8 * ly + (i >> 3 & 7), 8 * lz + (i & 7), &active);
+                    leaf->values[i] =
+                        voxel(sparse, 8 * lx + (i >> 6), 8 * ly + (i >> 3 & 7), 8 * lz + (i & 7), &active);
                     leaf->active[i >> 6] |= (uint64_t)active << (i & 63);
                 }
             }
@@ -158,8 +159,10 @@ END_TEST
 START_TEST(all_phases_of_leaves_against_bricks_hold) {
     NphContext *context = nph_test_context(1);
     for (int phase = 0; phase < 8; phase++) {
-        NphLeaf leaves[4] = {{.origin = {-8, 0, 0}}, {.origin = {0, 0, 0}}, {.origin = {0, 0, 8}}, {.origin = {8, 8, 8}}};
-        NphVolume volume = {.leaf_count = 4, .leaves = leaves, .world_from_index = {2, 0, 0, 1, 0, 3, 0, 1, 0, 0, 4, 1}};
+        NphLeaf leaves[4] = {
+            {.origin = {-8, 0, 0}}, {.origin = {0, 0, 0}}, {.origin = {0, 0, 8}}, {.origin = {8, 8, 8}}};
+        NphVolume volume = {
+            .leaf_count = 4, .leaves = leaves, .world_from_index = {2, 0, 0, 1, 0, 3, 0, 1, 0, 0, 4, 1}};
         leaves[0].active[phase] = 1; /* (phase - 8, 0, 0) opens the box */
         leaves[0].values[64 * phase] = 1;
         for (int l = 1; l < 4; l++)
@@ -190,7 +193,8 @@ START_TEST(a_linear_ramp_is_exact_at_world_positions_under_any_affine_map) {
     NphContext *context = nph_test_context(1);
     NphLeaf leaf = {.origin = {-16, 40, 8}};
     /* world = M (i, j, k) + t, sheared and rotated; density = 30 + i + 2 j - 3 k at lattice points */
-    NphVolume volume = {.leaf_count = 1, .leaves = &leaf, .world_from_index = {0.5, 0.1, 0, 7, -0.2, 0.25, 0.3, -1000, 0, 0.1, 2, 5}};
+    NphVolume volume = {
+        .leaf_count = 1, .leaves = &leaf, .world_from_index = {0.5, 0.1, 0, 7, -0.2, 0.25, 0.3, -1000, 0, 0.1, 2, 5}};
     for (int i = 0; i < 512; i++) {
         leaf.values[i] = (float)(30 + (i >> 6) + 2 * (i >> 3 & 7) - 3 * (i & 7));
         leaf.active[i >> 6] |= (uint64_t)1 << (i & 63);
@@ -207,7 +211,8 @@ START_TEST(a_linear_ramp_is_exact_at_world_positions_under_any_affine_map) {
             }
             const double *m = volume.world_from_index, *w = grid.world_from_lattice;
             for (int a = 0; a < 3; a++) {
-                expected[a] = m[4 * a] * (local[0] - 16) + m[4 * a + 1] * (local[1] + 40) + m[4 * a + 2] * (local[2] + 8) + m[4 * a + 3];
+                expected[a] = m[4 * a] * (local[0] - 16) + m[4 * a + 1] * (local[1] + 40) +
+                              m[4 * a + 2] * (local[2] + 8) + m[4 * a + 3];
                 world[a] = w[4 * a] * lattice[0] + w[4 * a + 1] * lattice[1] + w[4 * a + 2] * lattice[2] + w[4 * a + 3];
                 ck_assert_double_eq_tol(world[a], expected[a], 1e-11);
             }
@@ -229,7 +234,10 @@ START_TEST(the_inside_of_a_large_tile_is_one_brick) {
     NphContext *context = nph_test_context(1);
     NphTile tiles[8];
     for (int i = 0; i < 8; i++)
-        tiles[i] = (NphTile){.origin = {-128 + 128 * (i >> 2), -128 + 128 * (i >> 1 & 1), 128 * (i & 1)}, .size = 128, .value = 0.5f, .active = 1};
+        tiles[i] = (NphTile){.origin = {-128 + 128 * (i >> 2), -128 + 128 * (i >> 1 & 1), 128 * (i & 1)},
+                             .size = 128,
+                             .value = 0.5f,
+                             .active = 1};
     NphVolume volume = {.tile_count = 8, .tiles = tiles, .world_from_index = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     NphGrid grid = build(context, &volume, NPH_CENTRING_VDB);
     /* 258 samples: bricks 1 to 31 of 33 lie inside along each axis, the joints between the tiles too */
@@ -286,7 +294,8 @@ START_TEST(bad_voxels_tiles_and_backgrounds_are_named) {
     leaves[1].origin[0] = 8;
     leaves[0].active[0] = 1;
     NphTile tile = {.origin = {-128, 0, 0}, .size = 128, .value = NAN, .active = 1};
-    NphVolume volume = {.leaf_count = 2, .leaves = leaves, .tiles = &tile, .world_from_index = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+    NphVolume volume = {
+        .leaf_count = 2, .leaves = leaves, .tiles = &tile, .world_from_index = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
     static const float bad[] = {NAN, HUGE_VALF, -HUGE_VALF, -1, -1e-45f, 1.1e38f, 3e38f};
     for (int i = 0; i < 7; i++) {
         leaves[1].values[64 * 5 + 8 * 3 + 7] = bad[i];
@@ -371,7 +380,8 @@ START_TEST(a_volume_and_the_same_voxels_in_an_array_give_the_same_grid) {
     NphGrid a = build(context, &volume, NPH_CENTRING_VDB), b;
     ck_assert_int_eq(a.n[0] + 1000 * a.n[1] + 1000000 * a.n[2], 50050050);
     ck_assert_int_eq(nph_grid_from_array(context, &array, (double[]){0, 0, 0}, (double[]){47, 47, 47}, NPH_CENTRING_VDB,
-                                         NPH_OUTSIDE_ZERO, NPH_LOOKUP_TRILINEAR, "array", &b), NPH_OK);
+                                         NPH_OUTSIDE_ZERO, NPH_LOOKUP_TRILINEAR, "array", &b),
+                     NPH_OK);
     ck_assert(field_same(&a, &b));
     ck_assert_int_eq(memcmp(a.world_from_lattice, b.world_from_lattice, sizeof a.world_from_lattice), 0);
     nph_grid_free(context, &a);

@@ -75,7 +75,8 @@ START_TEST(bounds_are_the_largest_sample_times_the_factor_and_empty_cells_know_h
             for (int y = 0; y < majorant->n[1]; y++)
                 for (int x = 0; x < majorant->n[0]; x++) {
                     float most = largest(&grid, x, y, z), bound = cell_at(majorant, x, y, z);
-                    float expected = most > 0 ? most * 1.00000095367431640625f : -(float)distance_to_full(majorant, x, y, z);
+                    float expected =
+                        most > 0 ? most * 1.00000095367431640625f : -(float)distance_to_full(majorant, x, y, z);
                     wrong += bound != expected || bound == 0;
                 }
         ck_assert_int_eq(wrong, 0);
@@ -133,7 +134,8 @@ static void corners(const NphGrid *grid, const double at[3], double *least, doub
     *least = HUGE_VAL;
     *most = 0;
     for (int corner = 0; corner < 8; corner++) {
-        double value = (double)field_sample(grid, (int)at[0] + (corner & 1), (int)at[1] + (corner >> 1 & 1), (int)at[2] + (corner >> 2));
+        double value = (double)field_sample(grid, (int)at[0] + (corner & 1), (int)at[1] + (corner >> 1 & 1),
+                                            (int)at[2] + (corner >> 2));
         *least = value < *least ? value : *least;
         *most = value > *most ? value : *most;
     }
@@ -173,8 +175,10 @@ START_TEST(no_lookup_exceeds_its_bound_or_leaves_the_range_of_its_corners) {
                 if (random_below(&state, 4) == 0) /* beyond the precision of f32 */
                     at64[a][i] = fmax(0.5, nextafter(at64[a][i], random_below(&state, 2) ? 0 : 0.5));
             }
-        ck_assert_int_eq(nph_grid_sample(context, &grid, 32, POSITIONS, (const void *[]){at32[0], at32[1], at32[2]}, out32), NPH_OK);
-        ck_assert_int_eq(nph_grid_sample(context, &grid, 64, POSITIONS, (const void *[]){at64[0], at64[1], at64[2]}, out64), NPH_OK);
+        ck_assert_int_eq(
+            nph_grid_sample(context, &grid, 32, POSITIONS, (const void *[]){at32[0], at32[1], at32[2]}, out32), NPH_OK);
+        ck_assert_int_eq(
+            nph_grid_sample(context, &grid, 64, POSITIONS, (const void *[]){at64[0], at64[1], at64[2]}, out64), NPH_OK);
         int bad = 0;
         for (int i = 0; i < POSITIONS; i++) {
             double at[3] = {(double)at32[0][i], (double)at32[1][i], (double)at32[2][i]};

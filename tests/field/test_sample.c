@@ -20,7 +20,8 @@ static NphGrid noisy_grid(NphContext *context, NphLookup lookup) {
     NphArray array = field_array(context, (int[]){37, 22, 19}, noise, &state);
     NphGrid grid;
     ck_assert_int_eq(nph_grid_from_array(context, &array, (double[]){0, 0, 0}, (double[]){1, 2, 3}, NPH_CENTRING_CELL,
-                                         NPH_OUTSIDE_CLAMP, lookup, "noise", &grid), NPH_OK);
+                                         NPH_OUTSIDE_CLAMP, lookup, "noise", &grid),
+                     NPH_OK);
     nph_array_free(context, &array);
     return grid;
 }
@@ -56,8 +57,11 @@ START_TEST(vector_levels_and_threads_give_the_same_bits) {
             ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
             NphGrid grid = noisy_grid(context, (NphLookup)lookup);
             draw_positions(&grid, at, at64);
-            ck_assert_int_eq(nph_grid_sample(context, &grid, 32, POSITIONS, (const void *[]){at[0], at[1], at[2]}, out), NPH_OK);
-            ck_assert_int_eq(nph_grid_sample(context, &grid, 64, POSITIONS, (const void *[]){at64[0], at64[1], at64[2]}, out64), NPH_OK);
+            ck_assert_int_eq(nph_grid_sample(context, &grid, 32, POSITIONS, (const void *[]){at[0], at[1], at[2]}, out),
+                             NPH_OK);
+            ck_assert_int_eq(
+                nph_grid_sample(context, &grid, 64, POSITIONS, (const void *[]){at64[0], at64[1], at64[2]}, out64),
+                NPH_OK);
             if (level == NPH_ISA_BASE) {
                 memcpy(expected, out, sizeof out);
                 memcpy(expected64, out64, sizeof out64);
@@ -78,8 +82,10 @@ START_TEST(f32_is_within_nine_roundings_of_f64_which_is_the_sum_of_hats) {
     NphContext *context = nph_test_context(1);
     NphGrid grid = noisy_grid(context, NPH_LOOKUP_TRILINEAR);
     draw_positions(&grid, at, at64);
-    ck_assert_int_eq(nph_grid_sample(context, &grid, 32, POSITIONS, (const void *[]){at[0], at[1], at[2]}, out), NPH_OK);
-    ck_assert_int_eq(nph_grid_sample(context, &grid, 64, POSITIONS, (const void *[]){at64[0], at64[1], at64[2]}, out64), NPH_OK);
+    ck_assert_int_eq(nph_grid_sample(context, &grid, 32, POSITIONS, (const void *[]){at[0], at[1], at[2]}, out),
+                     NPH_OK);
+    ck_assert_int_eq(nph_grid_sample(context, &grid, 64, POSITIONS, (const void *[]){at64[0], at64[1], at64[2]}, out64),
+                     NPH_OK);
     int inside = 0;
     for (int i = 0; i < POSITIONS; i++) {
         double most = 0;
@@ -91,9 +97,10 @@ START_TEST(f32_is_within_nine_roundings_of_f64_which_is_the_sum_of_hats) {
             continue;
         }
         for (int corner = 0; corner < 8; corner++)
-            most = fmax(most, (double)field_sample(&grid, (int)at[0][i] + (corner & 1), (int)at[1][i] + (corner >> 1 & 1),
-                                                   (int)at[2][i] + (corner >> 2)));
-        if (fabs((double)out[i] - out64[i]) > 9.001 * 0x1p-24 * most) ck_abort_msg("f32 %g, f64 %g", (double)out[i], out64[i]);
+            most = fmax(most, (double)field_sample(&grid, (int)at[0][i] + (corner & 1),
+                                                   (int)at[1][i] + (corner >> 1 & 1), (int)at[2][i] + (corner >> 2)));
+        if (fabs((double)out[i] - out64[i]) > 9.001 * 0x1p-24 * most)
+            ck_abort_msg("f32 %g, f64 %g", (double)out[i], out64[i]);
         double oracle = field_oracle(&grid, at64[0][i], at64[1][i], at64[2][i]);
         if (fabs(oracle - out64[i]) > 30 * 0x1p-53 * most) ck_abort_msg("f64 %g, oracle %g", out64[i], oracle);
     }
@@ -136,16 +143,23 @@ START_TEST(bricks_beyond_two_to_the_31_elements_are_found) {
     }
     NphContext *context = nph_test_context(1);
     int32_t index[3] = {2917777, 2917778, NPH_GRID_BRICKS_MAX - 1}; /* below, above 2^31 elements; the last */
-    NphGrid grid = {.n = {24, 8, 8}, .bricks = {3, 1, 1}, .brick_index = index, .brick_count = NPH_GRID_BRICKS_MAX,
-                    .values = values, .hi = {23, 7, 7}, .lookup = NPH_LOOKUP_TRILINEAR};
+    NphGrid grid = {.n = {24, 8, 8},
+                    .bricks = {3, 1, 1},
+                    .brick_index = index,
+                    .brick_count = NPH_GRID_BRICKS_MAX,
+                    .values = values,
+                    .hi = {23, 7, 7},
+                    .lookup = NPH_LOOKUP_TRILINEAR};
     for (int b = 0; b < 3; b++)
         for (int i = 0; i < 729; i++)
-            values[(int64_t)index[b] * NPH_BRICK_STRIDE + i] = (float)(b * 8 + i % 9 + 100 * (i / 9 % 9) + 10000 * (i / 81));
+            values[(int64_t)index[b] * NPH_BRICK_STRIDE + i] =
+                (float)(b * 8 + i % 9 + 100 * (i / 9 % 9) + 10000 * (i / 81));
     uint64_t state = 9;
     for (int trial = 0; trial < 1000; trial++) {
         double u = 23 * random_unit(&state), v = 7 * random_unit(&state), w = 7 * random_unit(&state);
         ck_assert_double_eq_tol(field_at64(context, &grid, u, v, w), u + 100 * v + 10000 * w, 1e-10);
-        ck_assert_float_eq_tol(field_at32(context, &grid, (float)u, (float)v, (float)w), (float)(u + 100 * v + 10000 * w), 0.04f);
+        ck_assert_float_eq_tol(field_at32(context, &grid, (float)u, (float)v, (float)w),
+                               (float)(u + 100 * v + 10000 * w), 0.04f);
     }
     nph_test_context_close(context);
     munmap(values, bytes);
