@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Deterministic mathematics: exp, expm1, exp2, log, log1p, sin, cos, tan, sincos2pi, asin, acos, atan2, cbrt, pow, floor,
- * sqrt in float and double, at most 2 ulp from the true value (measured: 1.64, sincos2pi). Only + - * /,
+ * Deterministic mathematics: exp, expm1, exp2, log, log1p, sin, cos, tan, sincos2pi, asin, acos, atan2, cbrt, pow,
+ * floor, sqrt in float and double, at most 2 ulp from the true value (measured: 1.64, sincos2pi). Only + - * /,
  * correctly rounded square roots and integer operations on the bits, selections instead of branches, no tables: the same
  * bits on every machine that rounds to nearest and does not contract, and a loop over lanes vectorises from SSE2 on. The
  * float versions use float alone. Domain errors give NaN, poles infinity; underflow is gradual. NaN in gives NaN out. */
@@ -87,7 +87,7 @@ static inline double nph_floor(double x) {
 static inline float nph_power_of_2f(float k) { return nph_from_bitsf((nph_bitsf(k + NPH_SHIFTERF) + 127u) << 23); }
 static inline double nph_power_of_2(double k) { return nph_from_bits((nph_bits(k + NPH_SHIFTER) + 1023u) << 52); }
 
-/* y 2^k for y in [1/2, 2], integral |k| <= 250 (2000): one rounding, in the last product, also where that is subnormal. */
+/* y 2^k for y in [1/2, 2], integral |k| <= 250 (2000): rounded once, in the last product, if that is subnormal. */
 static inline float nph_scale_by_power_of_2f(float y, float k) {
     float half = (k * 0.5f + NPH_SHIFTERF) - NPH_SHIFTERF;
     return y * nph_power_of_2f(half) * nph_power_of_2f(k - half);
@@ -107,7 +107,7 @@ static inline float nph_mantissaf(float x, float *exponent) {
 
 static inline double nph_mantissa(double x, double *exponent) {
     uint64_t bits = nph_bits(x) + (0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
-    /* the biased exponent below the exponent of 2^52 makes 2^52 + itself: no SSE2 or AVX2 conversion of 64-bit integers */
+    /* the biased exponent below the exponent of 2^52 makes 2^52 + itself: SSE2 and AVX2 convert no 64-bit integers */
     *exponent = nph_from_bits((bits >> 52) | 0x4330000000000000u) - (4503599627370496.0 + 1023.0);
     return nph_from_bits((bits & 0x000fffffffffffffu) + 0x3fe6a09e667f3bcdu);
 }

@@ -52,7 +52,7 @@ static inline RAngle r_hg_sample(Real g, Real rest, Real u) {
     Real inverse = R(1.0) / (rest + R(2.0) * size * v), a = rest * inverse, b = (R(2.0) - rest) * inverse;
     Real near = R(2.0) * a * a * w * (R(1.0) + size * v), far = R(2.0) * b * b * v * (rest + size * v);
     int front = near < far;
-    near = front ? near : R(2.0) - far; /* the smaller decides: the other's roundings would be larger than its own size */
+    near = front ? near : R(2.0) - far; /* the smaller decides: it has the smaller error */
     far = front ? R(2.0) - near : far;
     Real cosine = front ? R(1.0) - near : far - R(1.0);
     RAngle angle;

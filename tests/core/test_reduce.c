@@ -13,7 +13,8 @@ static double values[N];
 static void draw(double least_exponent) {
     for (uint32_t i = 0; i < N; i++) {
         NphWords w = nph_philox(5, 0, i, 0, 0, 0);
-        values[i] = ldexp(0.5 + nph_uniform(w.w0) + 0x1p-32 * nph_uniform(w.w1), (int)(least_exponent * nph_uniform(w.w2)));
+        double mantissa = 0.5 + nph_uniform(w.w0) + 0x1p-32 * nph_uniform(w.w1);
+        values[i] = ldexp(mantissa, (int)(least_exponent * nph_uniform(w.w2)));
     }
 }
 
@@ -44,7 +45,7 @@ START_TEST(sums_of_aligned_blocks_fold_to_the_same_bits) {
             strided[blocks] = nph_tree_sum(values + first, first + block < N ? block : N - first, 1);
         ck_assert(nph_tree_sum(strided, blocks, 1) == whole);
     }
-    for (int64_t block = 3; block < 100; block += 2) { /* not aligned: the bits do differ, so the above means something */
+    for (int64_t block = 3; block < 100; block += 2) { /* not aligned: here the bits do differ */
         int64_t blocks = 0;
         for (int64_t first = 0; first < N; first += block, blocks++)
             strided[blocks] = nph_tree_sum(values + first, first + block < N ? block : N - first, 1);

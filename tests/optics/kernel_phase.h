@@ -11,8 +11,10 @@
 NPH_KERNEL_DECLARE(void, phase_draw, (const NphPhase *phase, const uint32_t *u, const uint32_t *lobe, double *fall,
                                       double *rise, double *cosine, int count));
 /* Values at angles; with rise NULL from fall alone. */
-NPH_KERNEL_DECLARE(void, phase_value, (const NphPhase *phase, const double *fall, const double *rise, double *value, int count));
+NPH_KERNEL_DECLARE(void, phase_value, (const NphPhase *phase, const double *fall, const double *rise, double *value,
+                                       int count));
 /* d is turned count times by the angles (fall, rise) and azimuths; the last direction is left in d. */
-NPH_KERNEL_DECLARE(void, phase_turn, (double d[3], const double *fall, const double *rise, const double *azimuth, int count));
+NPH_KERNEL_DECLARE(void, phase_turn, (double d[3], const double *fall, const double *rise, const double *azimuth,
+                                      int count));
 
 #endif
