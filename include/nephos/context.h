@@ -51,6 +51,7 @@ int nph_context_threads(const NphContext *context);
 NphIsa nph_context_isa(const NphContext *context);
 uint64_t nph_context_bytes(const NphContext *context);      /* allocated now */
 uint64_t nph_context_peak_bytes(const NphContext *context); /* most allocated at once */
+uint64_t nph_context_memory_limit(const NphContext *context); /* 0: none */
 uint64_t nph_context_allocations(const NphContext *context); /* calls so far, for fail_allocation */
 const char *nph_isa_name(NphIsa isa);
 const char *nph_version(void);  /* of the library, "0.1.0" */

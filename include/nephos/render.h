@@ -46,7 +46,7 @@ typedef struct NphRenderStatistics {
     int64_t samples_per_pixel;
     double seconds, cpu_seconds;
     int64_t collisions, tentative; /* real ones; real and virtual, shadow rays included */
-    int64_t nonfinite, majorant_violations;
+    int64_t nonfinite, majorant_violations, exhausted; /* each must be 0, else the run fails */
     NphFilmNoise noise;
     int reached;              /* target_error: 1 reached, 0 not */
     int stage_count;

@@ -49,6 +49,7 @@ const char *nph_version(void) { return NPH_VERSION; }
 NphIsa nph_context_isa(const NphContext *context) { return context->isa; }
 uint64_t nph_context_bytes(const NphContext *context) { return context->bytes; }
 uint64_t nph_context_peak_bytes(const NphContext *context) { return context->peak_bytes; }
+uint64_t nph_context_memory_limit(const NphContext *context) { return context->settings.memory_limit_bytes; }
 uint64_t nph_context_allocations(const NphContext *context) { return context->allocations; }
 
 void nph_interrupt(NphContext *context) { context->interrupted = 1; }

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * truth/path: the unbiased volumetric path tracer. Its stages over a batch:
+ *   1 generate   camera rays
+ *   2 track      one whole free flight through every medium; the nearest collision wins
+ *   3 escape     paths that leave meet the lights at infinity
+ *   4 shadow     at a collision: a light sample per light, ratio tracking towards it
+ *   5 scatter    albedo, roulette, new direction; the survivors move up
+ *   6 accumulate into the film's tree
+ * path_replay_kernel.c tells the same story for one path, one event after another. */
+#ifndef NPH_TRUTH_PATH_PATH_H
+#define NPH_TRUTH_PATH_PATH_H
+
+#include "pipeline/method.h"
+
+extern const NphMethod nph_path;
+
+enum { NPH_PATH_BATCH = NPH_TILE_PIXELS * NPH_CHUNK };
+
+typedef enum NphPathStage {
+    NPH_PATH_GENERATE, NPH_PATH_TRACK, NPH_PATH_ESCAPE, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_ACCUMULATE,
+    NPH_PATH_STAGES
+} NphPathStage;
+
+enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOBS };
+
+/* What must not pass silently, and what statistics show. */
+typedef struct NphPathTally {
+    int64_t collisions, tentative;
+    int64_t violations;  /* density above its majorant */
+    int64_t exhausted;   /* a flight used up its random numbers */
+} NphPathTally;
+
+typedef struct NphPathBatch NphPathBatch;
+
+/* What the plan decided: the one place where plan, run and replay learn it. */
+typedef struct NphPathChoice {
+    int channels, film_channels;
+    int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex */
+    int used[NPH_MAX_MEDIA];      /* media that can change the picture */
+    int scatters;                 /* some medium has an albedo above 0 */
+} NphPathChoice;
+void nph_path_choose(const NphJob *job, NphPathChoice *choice);
+
+/* The kernels of one precision and vector level. Memory is the caller's: scene_bytes and batch_bytes, 64-byte aligned. */
+typedef struct NphPathKernels {
+    size_t (*scene_bytes)(void);
+    void (*prepare)(const NphJob *job, const NphPathChoice *choice, void *scene);
+    size_t (*batch_bytes)(void);
+    void (*layout)(void *memory, const void *scene, NphPathBatch **batch);
+    void (*begin)(NphPathBatch *batch, const int origin[2], const int inside[4], int64_t chunk);
+    int (*count)(const NphPathBatch *batch);
+    const void *(*samples)(const NphPathBatch *batch);
+    const NphPathTally *(*tally)(const NphPathBatch *batch);
+    void (*generate)(NphPathBatch *batch);
+    void (*track)(NphPathBatch *batch);
+    void (*escape)(NphPathBatch *batch);
+    void (*shadow)(NphPathBatch *batch, int light, int at_sensor);
+    void (*scatter)(NphPathBatch *batch);
+    void (*replay)(const void *scene, const int pixel[2], int64_t sample, NphLineFn line, void *user,
+                   double fields[NPH_SAMPLE_FIELDS]);
+} NphPathKernels;
+
+/* path_kernels.c */
+void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels);
+
+#endif

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The memory of a batch, and the scene in the kernels' number type. World space (f64) is turned into scene-local space
+ * here: its origin is the centre of the media's box (zero along axes without end), so that f32 positions keep their
+ * precision however far from the world's origin the scene lies. */
+#include <string.h>
+
+#include "truth/path/path_state.h"
+
+size_t NPH_KERNEL(nph_path_scene_bytes)(void);
+void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice, void *memory);
+size_t NPH_KERNEL(nph_path_batch_bytes)(void);
+void NPH_KERNEL(nph_path_layout)(void *memory, const void *scene, NphPathBatch **out);
+void NPH_KERNEL(nph_path_begin)(NphPathBatch *batch, const int origin[2], const int inside[4], int64_t chunk);
+int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch);
+const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch);
+const NphPathTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch);
+
+static const double huge = 1e300;
+
+size_t NPH_KERNEL(nph_path_scene_bytes)(void) { return sizeof(RScene); }
+
+static void prepare_medium(const NphMedium *medium, const double origin[3], uint32_t number, RMedium *out) {
+    double medium_from_world[12];
+    nph_affine_invert(medium->world_from_medium, medium_from_world);
+    out->shape = medium->shape;
+    out->number = number;
+    for (int a = 0; a < 3; a++) {
+        const double *row = medium_from_world + 4 * a;
+        for (int b = 0; b < 3; b++) out->from_local[4 * a + b] = (Real)row[b];
+        out->from_local[4 * a + 3] = (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2]);
+        double lo = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo[a] : medium->lo[a];
+        double hi = medium->shape == NPH_SHAPE_GRID ? medium->grid.hi[a] : medium->hi[a];
+        out->bounded[a] = lo > -huge && hi < huge;
+        out->lo[a] = out->bounded[a] ? (Real)lo : R(0.0);
+        out->hi[a] = out->bounded[a] ? (Real)hi : R(0.0);
+    }
+    double largest = 0.0;
+    for (int c = 0; c < 3; c++) largest = medium->extinction_per_m[c] > largest ? medium->extinction_per_m[c] : largest;
+    out->sigma_max = (Real)largest;
+    for (int c = 0; c < 3; c++) {
+        out->sigma[c] = (Real)medium->extinction_per_m[c];
+        out->ratio[c] = largest > 0.0 ? (Real)(medium->extinction_per_m[c] / largest) : R(0.0);
+        out->albedo[c] = (Real)medium->albedo[c];
+    }
+    out->phase = r_phase(&medium->phase);
+    if (medium->shape != NPH_SHAPE_GRID) return;
+    out->grid = r_grid(&medium->grid);
+    out->majorant = medium->grid.majorant.cells;
+    for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
+}
+
+/* A disc sun of half angle h has the radiance E / (pi sin^2 h); its cap's solid angle is 2 pi (1 - cos h). */
+static void prepare_light(const NphLight *light, const double origin[3], int sampled, RLight *out) {
+    out->kind = (int)light->kind;
+    out->hemisphere = light->hemisphere;
+    out->sampled = sampled;
+    double scale = 1.0;
+    if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0) {
+        double half = nph_sin(0.5 * light->half_angle_rad), sine = nph_sin(light->half_angle_rad);
+        double fall = 2.0 * half * half;
+        out->one_minus_cos = (Real)fall;
+        out->pdf = (Real)(1.0 / (6.28318530717958647693 * fall));
+        scale = 1.0 / (3.14159265358979323846 * sine * sine);
+    }
+    const double *value = light->kind == NPH_LIGHT_SUN     ? light->irradiance
+                          : light->kind == NPH_LIGHT_POINT ? light->intensity
+                                                           : light->radiance;
+    for (int c = 0; c < 3; c++) {
+        out->value[c] = (Real)(value[c] * scale);
+        out->direction[c] = (Real)light->direction[c];
+        out->position[c] = (Real)(light->position[c] - origin[c]);
+    }
+    if (light->kind == NPH_LIGHT_ENVIRONMENT) out->map = r_environment(&light->map, light->rotation_rad);
+}
+
+void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice, void *memory) {
+    const NphScene *scene = job->scene;
+    RScene *out = memory;
+    memset(out, 0, sizeof *out);
+    double lo[3], hi[3];
+    nph_scene_bounds(scene, lo, hi);
+    for (int a = 0; a < 3; a++) {
+        int bounded = lo[a] <= hi[a] && lo[a] > -huge && hi[a] < huge;
+        out->origin[a] = bounded ? 0.5 * lo[a] + 0.5 * hi[a] : scene->sensor.position[a];
+        out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] : -2.0 * huge;
+        out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] : 2.0 * huge;
+    }
+    out->channels = choice->channels;
+    out->film_channels = choice->film_channels;
+    out->width = scene->sensor.width;
+    out->height = scene->sensor.height;
+    out->seed = job->seed;
+    out->frame = job->frame;
+    out->roulette = (Real)job->knobs[NPH_PATH_KNOB_ROULETTE];
+    out->shadow_roulette = (Real)job->knobs[NPH_PATH_KNOB_SHADOW_ROULETTE];
+    out->sensor = scene->sensor;
+    for (int m = 0; m < scene->medium_count; m++)
+        if (choice->used[m]) prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count++]);
+    for (int l = 0; l < scene->light_count; l++)
+        prepare_light(&scene->lights[l], out->origin, choice->sampled[l], &out->lights[l]);
+    out->light_count = scene->light_count;
+}
+
+/* Arrays of a batch in the order in which they lie; called once to measure and once to place. */
+static size_t place(NphPathBatch *batch, char *memory) {
+    size_t at = (sizeof(NphPathBatch) + 63) / 64 * 64;
+    size_t reals = (size_t)NPH_PATH_BATCH * sizeof(Real), ints = (size_t)NPH_PATH_BATCH * sizeof(int32_t);
+#define PLACE(target, bytes)                                       \
+    do {                                                           \
+        if (memory) (target) = (void *)(memory + at);              \
+        at += (bytes);                                             \
+    } while (0)
+    for (int set = 0; set < 2; set++) {
+        RPaths *paths = &batch->paths[set];
+        for (int a = 0; a < 3; a++) {
+            PLACE(paths->p[a], reals);
+            PLACE(paths->d[a], reals);
+            PLACE(paths->weight[a], reals);
+            PLACE(paths->share[a], reals);
+        }
+        PLACE(paths->pdf, reals);
+        PLACE(paths->id, ints);
+        PLACE(paths->hero, ints);
+    }
+    PLACE(batch->distance, reals);
+    PLACE(batch->medium, ints);
+    PLACE(batch->queue, ints);
+    PLACE(batch->escaped, ints);
+    PLACE(batch->samples, reals * NPH_SAMPLE_FIELDS);
+    PLACE(batch->start, reals);
+#undef PLACE
+    return at;
+}
+
+size_t NPH_KERNEL(nph_path_batch_bytes)(void) {
+    NphPathBatch measure;
+    return place(&measure, NULL);
+}
+
+void NPH_KERNEL(nph_path_layout)(void *memory, const void *scene, NphPathBatch **out) {
+    NphPathBatch *batch = memory;
+    memset(batch, 0, sizeof *batch);
+    batch->scene = scene;
+    place(batch, memory);
+    *out = batch;
+}
+
+void NPH_KERNEL(nph_path_begin)(NphPathBatch *batch, const int origin[2], const int inside[4], int64_t chunk) {
+    batch->tile_x = origin[0];
+    batch->tile_y = origin[1];
+    memcpy(batch->inside, inside, sizeof batch->inside);
+    batch->first_sample = (uint32_t)(chunk * NPH_CHUNK);
+    batch->now = batch->count = 0;
+    memset(batch->samples, 0, sizeof(Real) * NPH_SAMPLE_FIELDS * NPH_PATH_BATCH);
+}
+
+int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch) { return batch->count; }
+const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch) { return batch->samples; }
+const NphPathTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch) { return &batch->tally; }

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The path tracer's kernels by precision and vector level. */
+#include "core/cpu.h"
+#include "truth/path/path.h"
+
+#define BUILDS(type, name, arguments) type name##_f32_base arguments; type name##_f64_base arguments
+BUILDS(size_t, nph_path_scene_bytes, (void));
+BUILDS(void, nph_path_prepare, (const NphJob *, const NphPathChoice *, void *));
+BUILDS(size_t, nph_path_batch_bytes, (void));
+BUILDS(void, nph_path_layout, (void *, const void *, NphPathBatch **));
+BUILDS(void, nph_path_begin, (NphPathBatch *, const int *, const int *, int64_t));
+BUILDS(int, nph_path_count, (const NphPathBatch *));
+BUILDS(const void *, nph_path_samples, (const NphPathBatch *));
+BUILDS(const NphPathTally *, nph_path_tally, (const NphPathBatch *));
+BUILDS(void, nph_path_replay, (const void *, const int *, int64_t, NphLineFn, void *, double *));
+NPH_KERNEL_DECLARE(void, nph_path_generate, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_track, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_escape, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_shadow, (NphPathBatch *, int, int));
+NPH_KERNEL_DECLARE(void, nph_path_scatter, (NphPathBatch *));
+
+void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels) {
+    int f32 = precision == 32;
+    kernels->scene_bytes = f32 ? nph_path_scene_bytes_f32_base : nph_path_scene_bytes_f64_base;
+    kernels->prepare = f32 ? nph_path_prepare_f32_base : nph_path_prepare_f64_base;
+    kernels->batch_bytes = f32 ? nph_path_batch_bytes_f32_base : nph_path_batch_bytes_f64_base;
+    kernels->layout = f32 ? nph_path_layout_f32_base : nph_path_layout_f64_base;
+    kernels->begin = f32 ? nph_path_begin_f32_base : nph_path_begin_f64_base;
+    kernels->count = f32 ? nph_path_count_f32_base : nph_path_count_f64_base;
+    kernels->samples = f32 ? nph_path_samples_f32_base : nph_path_samples_f64_base;
+    kernels->tally = f32 ? nph_path_tally_f32_base : nph_path_tally_f64_base;
+    kernels->replay = f32 ? nph_path_replay_f32_base : nph_path_replay_f64_base;
+    NPH_KERNEL_PICK(kernels->generate, nph_path_generate, isa, precision);
+    NPH_KERNEL_PICK(kernels->track, nph_path_track, isa, precision);
+    NPH_KERNEL_PICK(kernels->escape, nph_path_escape, isa, precision);
+    NPH_KERNEL_PICK(kernels->shadow, nph_path_shadow, isa, precision);
+    NPH_KERNEL_PICK(kernels->scatter, nph_path_scatter, isa, precision);
+}

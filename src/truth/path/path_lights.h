@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Lights as the path tracer meets them: by chance at infinity, and by a light sample at a vertex. */
+#ifndef NPH_TRUTH_PATH_LIGHTS_H
+#define NPH_TRUTH_PATH_LIGHTS_H
+
+#include "truth/path/path_walk.h"
+
+/* 1 - cos of the angle between unit vectors, without cancellation at small angles. */
+static inline Real r_one_minus_cos(const Real a[3], const Real b[3]) {
+    Real x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return R(0.5) * (x * x + y * y + z * z);
+}
+
+/* The balance heuristic's weight of density a against b; a negative a stands for certainty. */
+static inline Real r_balance(Real a, Real b) { return a < R(0.0) ? R(1.0) : a / (a + b); }
+
+/* Adds the radiance from direction d of all lights at infinity, each with its weight. */
+static inline void r_lights_at_infinity(const RScene *scene, const Real d[3], Real pdf, Real radiance[3]) {
+    for (int l = 0; l < scene->light_count; l++) {
+        const RLight *light = &scene->lights[l];
+        Real value[3] = {R(0.0), R(0.0), R(0.0)}, weight = R(1.0);
+        if (light->kind == NPH_LIGHT_CONSTANT) {
+            Real seen = light->hemisphere == 0 || d[2] * (Real)light->hemisphere > R(0.0) ? R(1.0) : R(0.0);
+            for (int c = 0; c < 3; c++) value[c] = light->value[c] * seen;
+        } else if (light->kind == NPH_LIGHT_ENVIRONMENT) {
+            Real density = r_environment_lookup(&light->map, d, value);
+            weight = light->sampled ? r_balance(pdf, density) : R(1.0);
+        } else if (light->kind == NPH_LIGHT_SUN && light->one_minus_cos > R(0.0)) {
+            Real seen = r_one_minus_cos(d, light->direction) < light->one_minus_cos ? R(1.0) : R(0.0);
+            for (int c = 0; c < 3; c++) value[c] = light->value[c] * seen;
+            weight = light->sampled ? r_balance(pdf, light->pdf) : R(1.0);
+        }
+        for (int c = 0; c < 3; c++) radiance[c] += weight * value[c];
+    }
+}
+
+/* A light sample: direction, how far the light is, and radiance over density (intensity / r^2 for a point, irradiance
+ * for a delta sun). pdf is negative for lights that no other technique can find. */
+typedef struct RLightSample {
+    Real d[3], distance, value[3], pdf;
+} RLightSample;
+
+static inline void r_sample_light(const RLight *light, const Real p[3], const RStream *stream, RLightSample *sample) {
+    NphWords words = r_words(stream, 0);
+    sample->distance = R_HUGE;
+    sample->pdf = R(-1.0);
+    for (int c = 0; c < 3; c++) sample->value[c] = light->value[c];
+    if (light->kind == NPH_LIGHT_POINT) {
+        Real d[3] = {light->position[0] - p[0], light->position[1] - p[1], light->position[2] - p[2]};
+        Real squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        squared = r_max(squared, R(1e-30));
+        sample->distance = r_sqrt(squared);
+        for (int a = 0; a < 3; a++) sample->d[a] = d[a] / sample->distance;
+        for (int c = 0; c < 3; c++) sample->value[c] = light->value[c] / squared;
+    } else if (light->kind == NPH_LIGHT_ENVIRONMENT) {
+        sample->pdf = r_environment_sample(&light->map, r_uniform(words.w0), r_uniform(words.w1), sample->d, sample->value);
+        for (int c = 0; c < 3; c++) sample->value[c] = sample->pdf > R(0.0) ? sample->value[c] / sample->pdf : R(0.0);
+    } else if (light->one_minus_cos > R(0.0)) {
+        Real fall = r_uniform(words.w0) * light->one_minus_cos;
+        r_turn(light->direction, R(1.0) - fall, fall, r_uniform(words.w1), sample->d);
+        sample->pdf = light->pdf;
+        for (int c = 0; c < 3; c++) sample->value[c] = light->value[c] / light->pdf;
+    } else {
+        for (int a = 0; a < 3; a++) sample->d[a] = light->direction[a];
+    }
+}
+
+/* Adds weight * radiance to a path's sample, and to its order-weighted luminance. */
+static inline void r_add_light(NphPathBatch *batch, int32_t id, const Real weight[3], const Real radiance[3],
+                               uint32_t order) {
+    Real light[3];
+    for (int c = 0; c < 3; c++) {
+        light[c] = weight[c] * radiance[c];
+        batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
+    }
+    batch->samples[NPH_SAMPLE_ORDER * NPH_PATH_BATCH + id] += (Real)order * r_luminance(light);
+}
+
+#endif

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * One path in scalar code, from the camera to its end, told event by event. It draws the same random words as the
+ * batches and gives the same bits; it is the version to read first, and the tests hold the batches to it.
+ *
+ *   L = sum over vertices of  weight * albedo * p(cos) * T * L_light / pdf_light * w_light   (light samples)
+ *     + weight * L_infinity * w_phase                                                        (where the path leaves) */
+#include <stdarg.h>
+#include <stdio.h>
+
+#include "truth/path/path_camera.h"
+#include "truth/path/path_lights.h"
+
+void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t sample, NphLineFn line, void *user,
+                                 double fields[NPH_SAMPLE_FIELDS]);
+
+typedef struct Replay {
+    const RScene *scene;
+    uint32_t pixel, sample, vertex;
+    NphLineFn line;
+    void *user;
+    Real p[3], d[3], weight[3], share[3], pdf;
+    int hero;
+    Real field[NPH_SAMPLE_FIELDS];
+    NphPathTally tally;
+} Replay;
+
+static void tell(const Replay *r, const char *format, ...) {
+    if (!r->line) return;
+    char text[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    r->line(r->user, text);
+}
+
+static RStream stream_of(const Replay *r, uint32_t stage) {
+    return r_stream(r->scene, stage, r->pixel, r->sample, r->vertex);
+}
+
+/* Position in world space, for the reader. */
+static double world(const Replay *r, const Real p[3], int a) { return (double)p[a] + r->scene->origin[a]; }
+
+static void add(Replay *r, const Real weight[3], const Real radiance[3]) {
+    Real light[3];
+    for (int c = 0; c < 3; c++) {
+        light[c] = weight[c] * radiance[c];
+        r->field[NPH_SAMPLE_L0 + c] += light[c];
+    }
+    r->field[NPH_SAMPLE_ORDER] += (Real)r->vertex * r_luminance(light);
+}
+
+/* The nearest of the media's collisions; its medium's position in the list, or -1. */
+static int fly(Replay *r, Real *distance) {
+    RStream stream = stream_of(r, NPH_RNG_TRACK);
+    Real nearest = R_HUGE;
+    int hit = -1;
+    for (int m = 0; m < r->scene->medium_count; m++) {
+        REvents events = r_events(&stream, 0, r->scene->media[m].number);
+        Real t = r_free_flight(&r->scene->media[m], r->p, r->d, nearest, r->hero, &events, &r->tally);
+        if (t < R(0.0)) continue;
+        nearest = t;
+        hit = m;
+    }
+    *distance = nearest;
+    return hit;
+}
+
+/* One-sample balance heuristic over the channels: what each would have made of this flight. */
+static void reweigh(Replay *r, int hit, Real distance) {
+    RStream stream = stream_of(r, NPH_RNG_TRACK);
+    Real factor[3] = {R(1.0), R(1.0), R(1.0)}, mean = R(0.0);
+    for (int m = 0; m < r->scene->medium_count; m++) {
+        const RMedium *medium = &r->scene->media[m];
+        if (medium->sigma[0] == medium->sigma[1] && medium->sigma[0] == medium->sigma[2]) continue;
+        REvents events = r_events(&stream, 0, medium->number);
+        r_flight_factors(medium, r->p, r->d, distance, r->hero, &events, factor);
+    }
+    for (int c = 0; c < 3; c++) {
+        if (hit >= 0) factor[c] *= r->scene->media[hit].sigma[c] / r->scene->media[hit].sigma[r->hero];
+        mean += r->share[c] * factor[c];
+    }
+    mean *= R(1.0) / R(3.0);
+    for (int c = 0; c < 3; c++) {
+        r->share[c] *= factor[c] / mean;
+        r->weight[c] *= factor[c] / mean;
+    }
+    tell(r, "    channels: hero %d, weight %.9g %.9g %.9g, shares %.6g %.6g %.6g", r->hero, (double)r->weight[0],
+         (double)r->weight[1], (double)r->weight[2], (double)r->share[0], (double)r->share[1], (double)r->share[2]);
+}
+
+static void leave(Replay *r) {
+    Real radiance[3] = {R(0.0), R(0.0), R(0.0)};
+    r_lights_at_infinity(r->scene, r->d, r->pdf, radiance);
+    add(r, r->weight, radiance);
+    tell(r, "  leaves along %.6g %.6g %.6g: radiance (weighted) %.9g %.9g %.9g", (double)r->d[0], (double)r->d[1],
+         (double)r->d[2], (double)radiance[0], (double)radiance[1], (double)radiance[2]);
+    if (r->vertex > 0) return;
+    Real scale = r->scene->sensor.kind == NPH_SENSOR_FLUX ? R(0.31830988618379067154) : R(1.0);
+    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = r->weight[c] * scale;
+}
+
+/* A light sample at p; medium NULL stands for a flux sensor, whose density is a cosine's. */
+static void sample_light(Replay *r, int number, const RMedium *medium, const Real p[3]) {
+    const RLight *light = &r->scene->lights[number];
+    RStream stream = stream_of(r, NPH_RNG_LIGHT);
+    stream.draw = (uint32_t)number << NPH_DRAW_LIGHT_SHIFT;
+    RLightSample s;
+    r_sample_light(light, p, &stream, &s);
+    const double *n = r->scene->sensor.forward;
+    Real cosine = s.d[0] * (Real)n[0] + s.d[1] * (Real)n[1] + s.d[2] * (Real)n[2];
+    Real density = medium ? r_phase_value(&medium->phase, r_one_minus_cos(r->d, s.d))
+                          : r_max(cosine, R(0.0)) * R(0.31830988618379067154);
+    Real balance = s.pdf < R(0.0) ? R(1.0) : s.pdf / (s.pdf + density);
+    Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
+    for (int c = 0; c < 3; c++) {
+        weight[c] = r->weight[c] * (medium ? medium->albedo[c] : R(1.0)) * density * balance;
+        largest = r_max(largest, weight[c] * s.value[c]);
+    }
+    if (!(largest > R(0.0))) return;
+    stream = stream_of(r, NPH_RNG_SHADOW);
+    for (int m = 0; m < r->scene->medium_count; m++) {
+        REvents events = r_events(&stream, number, r->scene->media[m].number);
+        r_transmittance(&r->scene->media[m], p, s.d, s.distance, r->scene, &events, T, &r->tally);
+        if (r->scene->channels == 1) T[1] = T[2] = T[0];
+        if (!(T[0] + T[1] + T[2] > R(0.0))) break;
+    }
+    for (int c = 0; c < 3; c++) weight[c] *= T[c];
+    add(r, weight, s.value);
+    tell(r, "    light %d: transmittance %.9g, density %.6g, weight %.6g; adds %.9g %.9g %.9g", number, (double)T[0],
+         (double)density, (double)balance, (double)(weight[0] * s.value[0]), (double)(weight[1] * s.value[1]),
+         (double)(weight[2] * s.value[2]));
+}
+
+static void sample_lights(Replay *r, const RMedium *medium, const Real p[3]) {
+    for (int l = 0; l < r->scene->light_count; l++)
+        if (r->scene->lights[l].sampled) sample_light(r, l, medium, p);
+}
+
+/* Albedo, roulette, new direction; 0 when the path ends. */
+static int scatter(Replay *r, const RMedium *medium) {
+    RStream stream = stream_of(r, NPH_RNG_SCATTER);
+    NphWords words = r_words(&stream, 0);
+    Real largest = R(0.0), cosine, fall, turned[3];
+    for (int c = 0; c < 3; c++) {
+        r->weight[c] *= medium->albedo[c];
+        largest = c < r->scene->channels ? r_max(largest, r->weight[c]) : largest;
+    }
+    Real survival = largest < r->scene->roulette ? largest / (R(2.0) * r->scene->roulette) : R(1.0);
+    if (!(r_uniform(words.w3) < survival)) {
+        tell(r, "  ends: %s", largest > R(0.0) ? "roulette" : "absorbed");
+        return 0;
+    }
+    for (int c = 0; c < 3; c++) r->weight[c] /= survival;
+    r_phase_sample(&medium->phase, r_uniform(words.w0), r_uniform(words.w2), &cosine, &fall);
+    r_turn(r->d, cosine, fall, r_uniform(words.w1), turned);
+    for (int a = 0; a < 3; a++) r->d[a] = turned[a];
+    r->pdf = r_phase_value(&medium->phase, fall);
+    tell(r, "    scatters by cos %.9g into %.6g %.6g %.6g, weight %.9g", (double)cosine, (double)r->d[0],
+         (double)r->d[1], (double)r->d[2], (double)r->weight[0]);
+    return 1;
+}
+
+static void follow(Replay *r, Real start) {
+    for (;;) {
+        Real distance;
+        int hit = fly(r, &distance);
+        if (r->scene->channels > 1) reweigh(r, hit, distance);
+        if (hit < 0) {
+            leave(r);
+            return;
+        }
+        const RMedium *medium = &r->scene->media[hit];
+        if (r->vertex == 0) {
+            r->field[NPH_SAMPLE_DISTANCE] = start + distance;
+            r->field[NPH_SAMPLE_COLLIDED] = R(1.0);
+        }
+        for (int a = 0; a < 3; a++) r->p[a] += distance * r->d[a];
+        r->vertex++;
+        tell(r, "  collision %u in medium %u after %.9g m at %.9g %.9g %.9g", r->vertex, medium->number,
+             (double)distance, world(r, r->p, 0), world(r, r->p, 1), world(r, r->p, 2));
+        sample_lights(r, medium, r->p);
+        if (!scatter(r, medium)) return;
+    }
+}
+
+void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t sample, NphLineFn line, void *user,
+                                 double fields[NPH_SAMPLE_FIELDS]) {
+    const RScene *scene = memory;
+    uint32_t number = (uint32_t)pixel[1] * (uint32_t)scene->width + (uint32_t)pixel[0];
+    Replay r = {.scene = scene, .pixel = number, .sample = (uint32_t)sample, .line = line, .user = user};
+    RStream stream = stream_of(&r, NPH_RNG_GENERATE);
+    RCameraRay ray;
+    r_camera_ray(scene, pixel[0], pixel[1], &stream, &ray);
+    for (int a = 0; a < 3; a++) {
+        r.p[a] = ray.p[a];
+        r.d[a] = ray.d[a];
+        r.weight[a] = ray.weight;
+        r.share[a] = R(1.0);
+    }
+    r.pdf = ray.pdf;
+    r.hero = ray.hero;
+    tell(&r, "path: pixel %d,%d sample %lld, seed %u, frame %u", pixel[0], pixel[1], (long long)sample, scene->seed,
+         scene->frame);
+    tell(&r, "  camera ray at %.9g %.9g %.9g (%.9g m from the sensor) along %.9g %.9g %.9g", world(&r, r.p, 0),
+         world(&r, r.p, 1), world(&r, r.p, 2), (double)ray.start, (double)r.d[0], (double)r.d[1], (double)r.d[2]);
+    if (scene->sensor.kind == NPH_SENSOR_FLUX) sample_lights(&r, NULL, r.p);
+    follow(&r, ray.start);
+    tell(&r, "result: %.9g %.9g %.9g after %u scatterings, %lld tentative collisions", (double)r.field[0],
+         (double)r.field[1], (double)r.field[2], r.vertex, (long long)r.tally.tentative);
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] = (double)r.field[f];
+}

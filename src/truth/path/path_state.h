@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * What the path tracer's kernels see, in the number type of the build: the scene in scene-local space (metres, origin
+ * near the media), and a batch of paths as structure of arrays. A batch is one tile of 16 x 16 pixels and one chunk of
+ * 16 samples: 4096 paths, about 300 KiB in f32, which stays in a core's L2 cache while the stages pass over it.
+ *
+ * Random words: Philox4x32-10 with key (seed, stage << 24 | frame) and counter (pixel, sample, vertex, draw); pixel =
+ * y * width + x of the whole image, vertex = number of scatterings so far, draw = light << 27 | medium << 21 | block. */
+#ifndef NPH_TRUTH_PATH_STATE_H
+#define NPH_TRUTH_PATH_STATE_H
+
+#include "core/philox.h"
+#include "core/real.h"
+#include "field/lookup.h"
+#include "light/light_lookup.h"
+#include "optics/phase_lookup.h"
+#include "truth/path/path.h"
+
+/* Stage numbers of the random streams. */
+enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5 };
+
+enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1 << NPH_DRAW_MEDIUM_SHIFT };
+
+/* Density rho (1 for box and layer); the extinction of channel c is rho * sigma[c]. */
+typedef struct RMedium {
+    int shape, bounded[3];
+    uint32_t number;            /* in the scene: names the random stream */
+    Real from_local[12];        /* medium space (lattice space for a grid) from scene-local space */
+    Real lo[3], hi[3];
+    Real sigma[3], sigma_max, ratio[3]; /* ratio = sigma / sigma_max */
+    Real albedo[3];
+    RPhase phase;
+    RGrid grid;
+    const float *majorant;
+    int32_t majorant_n[3];
+} RMedium;
+
+typedef struct RLight {
+    int kind, hemisphere;
+    int sampled;               /* a light sample at every vertex finds it; met by chance it is weighted against that */
+    Real direction[3];
+    Real value[3];             /* irradiance (delta sun), radiance (disc, constant), intensity (point) */
+    Real one_minus_cos, pdf;   /* disc: its cap, and 1 / solid angle */
+    Real position[3];
+    REnvironment map;
+} RLight;
+
+typedef struct RScene {
+    int medium_count, light_count;
+    int channels;              /* of transport: 1 when every medium is grey */
+    int film_channels;         /* 1 when the lights are grey too */
+    int width, height;
+    uint32_t seed, frame;
+    Real roulette, shadow_roulette;
+    NphSensor sensor;          /* world space, f64 */
+    double origin[3];          /* of scene-local space */
+    double bounds_lo[3], bounds_hi[3]; /* of all media, scene-local, f64; infinite where a layer has no end */
+    RMedium media[NPH_MAX_MEDIA];
+    RLight lights[NPH_MAX_LIGHTS];
+} RScene;
+
+/* Paths in flight. weight is the throughput of each transport channel: product of f over the mean of the channels'
+ * probabilities of the same choices (one-sample balance heuristic). share is the probability with which channel c, as
+ * hero, would have made the choices, over that mean: 1 for grey media. */
+typedef struct RPaths {
+    Real *p[3], *d[3];
+    Real *weight[3], *share[3];
+    Real *pdf;                 /* of the direction at the last vertex; negative when a light sample could not find it */
+    int32_t *id;               /* pixel in tile * 16 + sample in chunk */
+    int32_t *hero;             /* channel whose extinction drives the tracking */
+} RPaths;
+
+struct NphPathBatch {
+    const RScene *scene;
+    RPaths paths[2];           /* paths[now] is read by track, escape, shadow, scatter; scatter fills the other one */
+    int now, count;            /* paths in flight */
+    int tile_x, tile_y, inside[4];
+    uint32_t first_sample, vertex;
+    Real *distance;            /* of the next collision; negative: none */
+    int32_t *medium;           /* in which it happens */
+    int32_t *queue, *escaped;  /* positions of the paths that collide, that leave */
+    int queued, left;
+    Real *samples;             /* [NPH_SAMPLE_FIELDS][4096] */
+    Real *start;               /* [4096], by id: distance from the camera to where the path began */
+    NphPathTally tally;
+};
+
+static inline uint32_t r_pixel(const NphPathBatch *batch, int32_t id) {
+    uint32_t x = (uint32_t)(batch->tile_x + ((id >> 4) & 15)), y = (uint32_t)(batch->tile_y + (id >> 8));
+    return y * (uint32_t)batch->scene->width + x;
+}
+
+static inline uint32_t r_sample(const NphPathBatch *batch, int32_t id) {
+    return batch->first_sample + (uint32_t)(id & 15);
+}
+
+/* Where a random stream stands: all of key and counter but the block. */
+typedef struct RStream {
+    uint32_t key[2], pixel, sample, vertex, draw;
+} RStream;
+
+static inline RStream r_stream(const RScene *scene, uint32_t stage, uint32_t pixel, uint32_t sample, uint32_t vertex) {
+    RStream stream = {{scene->seed, stage << 24 | (scene->frame & 0xffffffu)}, pixel, sample, vertex, 0};
+    return stream;
+}
+
+static inline NphWords r_words(const RStream *stream, uint32_t block) {
+    return nph_philox(stream->key[0], stream->key[1], stream->pixel, stream->sample, stream->vertex,
+                      stream->draw | block);
+}
+
+static inline Real r_luminance(const Real c[3]) {
+    return R(0.2126) * c[0] + R(0.7152) * c[1] + R(0.0722) * c[2];
+}
+
+#endif
