@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Plane-parallel slabs against discrete ordinates (reference/tables/slab_fluxes.csv): reflected and transmitted flux
+ * by flux sensors above and below a layer without end. Every row's standard error is at most 0.3% of the value or 2e-6
+ * of the incident flux, and the largest |z| of all comparisons stays within a Bonferroni bound at 1%. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "harness.h"
+#include "render_case.h"
+
+typedef struct Row {
+    double g, ssa, tau, mu0, R, T;
+    int isotropic;
+} Row;
+
+enum { MAX_ROWS = 1000, CHOSEN = 30 };
+
+static int read_rows(Row *rows) {
+    FILE *file = fopen(nph_test_path("reference/tables/slab_fluxes.csv"), "r");
+    ck_assert_ptr_nonnull(file);
+    char line[2048];
+    int count = 0, header = 1;
+    while (fgets(line, sizeof line, file)) {
+        if (line[0] == '#') continue;
+        if (header) {
+            header = 0;
+            continue;
+        }
+        char *field[14] = {0};
+        int n = 0;
+        for (char *at = line; n < 14; n++) {
+            field[n] = at;
+            char *comma = strchr(at, ',');
+            if (!comma) break;
+            *comma = 0;
+            at = comma + 1;
+        }
+        ck_assert_int_lt(count, MAX_ROWS);
+        Row *row = &rows[count++];
+        *row = (Row){atof(field[0]), atof(field[1]), atof(field[2]), atof(field[4]), atof(field[5]), atof(field[8]),
+                     strcmp(field[3], "isotropic") == 0};
+    }
+    fclose(file);
+    return count;
+}
+
+/* Renders one side of the slab until its standard error is small enough; returns mean and error. */
+static void measure(const Row *row, int below, double truth, double *mean, double *error) {
+    double elevation = asin(row->mu0) * 180.0 / 3.14159265358979323846;
+    const char *light = row->isotropic
+                            ? "{type: constant, radiance: 0.31830988618379067, hemisphere: upper}"
+                            : render_text("{type: sun, elevation: %.17g, azimuth: 0, irradiance: %.17g}", elevation, 1.0 / row->mu0);
+    const char *yaml = render_text("nephos: 1\n"
+                                   "camera: {type: flux, resolution: [64, 64], position: [0, 0, %s], direction: [0, 0, %d],"
+                                   " up: [0, 1, 0], extent: 1}\n"
+                                   "media:\n  - {layer: [0, 1], extinction: %.17g, albedo: %.17g, phase: {type: hg, g: %.17g}}\n"
+                                   "lights:\n  - %s\n",
+                                   below ? "-0.001" : "1.001", below ? 1 : -1, row->tau, row->ssa, row->g, light);
+    for (int64_t samples = 16; samples <= 4096; samples *= 4) {
+        RenderCase render;
+        NphRenderOptions options = render_options(samples, 32);
+        render_case(&render, yaml, &options, 0);
+        *mean = render_mean(&render, "R");
+        *error = render_error(&render, "R");
+        render_free(&render);
+        if (*error <= 0.003 * truth || *error <= 2e-6) return;
+    }
+}
+
+START_TEST(slab_fluxes_match_discrete_ordinates_within_their_standard_errors) {
+    static Row rows[MAX_ROWS];
+    int count = read_rows(rows), used = 0;
+    double worst = 0.0;
+    ck_assert_int_eq(count, 896);
+    printf("    g     ssa   tau   mu0    side  table        ours         se        z\n");
+    for (int k = 0; used < CHOSEN && k < count; k++) {
+        /* A fixed stride prime to the table's periods; thin to moderately thick slabs (T below 1e-3 is for longer runs). */
+        const Row *row = &rows[(int64_t)k * 331 % count];
+        if (row->tau > 16.0 || row->T < 1e-3 || row->R < 1e-4) continue;
+        used++;
+        for (int below = 0; below < 2; below++) {
+            double truth = below ? row->T : row->R, mean, error;
+            measure(row, below, truth, &mean, &error);
+            double z = error > 0.0 ? (mean - truth) / error : 0.0;
+            printf("    %-5g %-5g %-5g %-6g %s %.9f  %.9f  %.2e  %+.2f\n", row->g, row->ssa, row->tau,
+                   row->isotropic ? NAN : row->mu0, below ? "below" : "above", truth, mean, error, z);
+            ck_assert_msg(error > 0.0 && (error <= 0.003 * truth || error <= 2e-6), "standard error %g of %g", error, truth);
+            worst = fabs(z) > worst ? fabs(z) : worst;
+        }
+    }
+    ck_assert_int_eq(used, CHOSEN);
+    /* 60 two-sided comparisons at 1% in all: 0.01 / 60 / 2 = 8.3e-5 beyond 3.764 standard deviations. */
+    printf("    largest |z| %.2f (bound 3.764)\n", worst);
+    ck_assert_double_le(worst, 3.764);
+}
+END_TEST
+
+static void fill(TCase *cases) { tcase_add_test(cases, slab_fluxes_match_discrete_ordinates_within_their_standard_errors); }
+
+int main(void) { return nph_test_main("slab", fill); }

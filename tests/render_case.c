@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * See render_case.h. */
+#include "render_case.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "harness.h"
+
+NphRenderOptions render_options(int64_t samples, int precision) {
+    NphRenderOptions options;
+    nph_render_options_default(&options);
+    options.samples = samples;
+    options.precision = precision;
+    return options;
+}
+
+const char *render_text(const char *format, ...) {
+    static char buffers[16][4096];
+    static int next;
+    char *buffer = buffers[next++ % 16];
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(buffer, sizeof buffers[0], format, arguments);
+    va_end(arguments);
+    ck_assert_int_lt(length, (int)sizeof buffers[0]);
+    return buffer;
+}
+
+NphStatus render_try(RenderCase *render, const char *yaml, const NphRenderOptions *options, int threads) {
+    memset(render, 0, sizeof *render);
+    render->context = nph_test_context(threads);
+    NphStatus status = nph_scene_parse(render->context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"),
+                                       &render->scene);
+    if (status == NPH_OK)
+        status = nph_render(render->context, render->scene, options, &render->film, &render->statistics);
+    if (status == NPH_OK) status = nph_film_image(render->context, render->film, &render->image);
+    return status;
+}
+
+void render_case(RenderCase *render, const char *yaml, const NphRenderOptions *options, int threads) {
+    NphStatus status = render_try(render, yaml, options, threads);
+    ck_assert_msg(status == NPH_OK, "%s: %s\n%s", nph_status_name(status), nph_test_messages(), yaml);
+}
+
+void render_free(RenderCase *render) {
+    nph_image_free(render->context, &render->image);
+    if (render->film) nph_film_free(render->context, render->film);
+    if (render->scene) nph_scene_free(render->context, render->scene);
+    nph_test_context_close(render->context);
+}
+
+static const NphChannel *channel_of(const RenderCase *render, const char *name) {
+    const NphChannel *channel = nph_image_channel(&render->image, name);
+    ck_assert_msg(channel != NULL, "no channel %s", name);
+    return channel;
+}
+
+double render_mean(const RenderCase *render, const char *name) {
+    const NphChannel *channel = channel_of(render, name);
+    double sum = 0.0;
+    int count = render->image.width * render->image.height;
+    for (int i = 0; i < count; i++) sum += (double)channel->pixels[i];
+    return sum / count;
+}
+
+double render_error(const RenderCase *render, const char *name) {
+    const NphChannel *channel = channel_of(render, render_text("Variance.%s", name));
+    double sum = 0.0;
+    int count = render->image.width * render->image.height;
+    for (int i = 0; i < count; i++) sum += (double)channel->pixels[i];
+    return sqrt(sum) / count;
+}
+
+NphVerdict render_verdict(const RenderCase *render, double value, double margin, NphComparison *comparison) {
+    static const char *const names[] = {"R", "G", "B", "Variance.R", "Variance.G", "Variance.B", "N"};
+    NphImage flat;
+    ck_assert_int_eq(nph_image_new(render->context, render->image.width, render->image.height, &flat), NPH_OK);
+    for (int c = 0; c < 7; c++) {
+        float *pixels = NULL;
+        ck_assert_int_eq(nph_image_add_channel(render->context, &flat, names[c], &pixels), NPH_OK);
+        for (int i = 0; i < flat.width * flat.height; i++) pixels[i] = c < 3 ? (float)value : c < 6 ? 0.0f : 1e6f;
+    }
+    NphCompareOptions options;
+    nph_compare_options_default(&options);
+    options.margin_image = margin;
+    options.margin_tile = 10.0 * margin;
+    NphStatus status = nph_compare(render->context, &render->image, &flat, &options, comparison, NULL);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    nph_image_free(render->context, &flat);
+    return comparison->verdict;
+}
