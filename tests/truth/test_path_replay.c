@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * The batches of truth/path against the replay, sample by sample and bit by bit, in both precisions and at every vector
+ * level of this machine. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/memory.h"
+#include "harness.h"
+#include "method/job.h"
+#include "truth/path/path.h"
+
+#define CAMERA "nephos: 1\ncamera: {type: perspective, resolution: [20, 18], position: [-2, -1.5, 1.2], look_at: [0.5, 0.5, 0.5], fov: 40}\n"
+
+static const char *const scenes[] = {
+    /* grey, homogeneous */
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: hg, g: 0.8}}\n"
+           "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n  - {type: constant, radiance: 0.2}\n",
+    /* chromatic, overlapping, a grid among them; disc sun and point light */
+    CAMERA "media:\n"
+           "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], phase: {type: two_lobe, g: 0.8, g2: -0.3, weight: 0.7}}\n"
+           "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: [20, 30, 9], albedo: 0.99, phase: {type: rayleigh},\n"
+           "     transform: [{scale: 0.4}, {rotate: {axis: [1, 2, 3], angle: 40}}, {translate: [0.5, 0.4, 0.5]}]}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
+           "  - {type: point, position: [0.5, 0.5, 1.5], intensity: [1, 2, 3]}\n",
+    /* a grid alone, coloured sky */
+    CAMERA "media:\n"
+           "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 40, albedo: 1, phase: {type: hg, g: 0.85}}\n"
+           "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n  - {type: constant, radiance: [0.1, 0.2, 0.3], hemisphere: upper}\n",
+    /* a layer seen by a flux sensor */
+    "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 2.5], direction: [0, 0, -1], up: [0, 1, 0], extent: 1}\n"
+    "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: isotropic}}\n"
+    "lights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1}\n  - {type: constant, radiance: 0.3}\n",
+};
+
+/* All stages over one batch, as the method runs them. */
+static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathChoice *choice, NphPathBatch *batch) {
+    const NphScene *scene = job->scene;
+    int origin[2] = {0, 0}, inside[4] = {0, 0, 16, 16};
+    k->begin(batch, origin, inside, 3);
+    k->generate(batch);
+    for (int l = 0; l < scene->light_count && scene->sensor.kind == NPH_SENSOR_FLUX; l++)
+        if (choice->sampled[l]) k->shadow(batch, l, 1);
+    while (k->count(batch) > 0) {
+        k->track(batch);
+        k->escape(batch);
+        for (int l = 0; l < scene->light_count; l++)
+            if (choice->sampled[l]) k->shadow(batch, l, 0);
+        k->scatter(batch);
+    }
+}
+
+static int64_t differing(const NphPathKernels *k, const NphJob *job, const NphPathChoice *choice) {
+    NphContext *context = job->context;
+    void *scene = NULL, *memory = NULL;
+    ck_assert_int_eq(nph_alloc(context, k->scene_bytes(), 1, "scene", &scene), NPH_OK);
+    ck_assert_int_eq(nph_alloc(context, k->batch_bytes(), 1, "batch", &memory), NPH_OK);
+    k->prepare(job, choice, scene);
+    NphPathBatch *batch = NULL;
+    k->layout(memory, scene, &batch);
+    run_batch(k, job, choice, batch);
+    int64_t different = 0, lit = 0;
+    for (int id = 0; id < NPH_PATH_BATCH; id++) {
+        int pixel[2] = {(id >> 4) & 15, id >> 8};
+        double fields[NPH_SAMPLE_FIELDS];
+        k->replay(scene, pixel, 3 * NPH_CHUNK + (id & 15), NULL, NULL, fields);
+        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
+            size_t at = (size_t)f * NPH_PATH_BATCH + (size_t)id;
+            double value = job->precision == 32 ? (double)((const float *)k->samples(batch))[at]
+                                                : ((const double *)k->samples(batch))[at];
+            different += memcmp(&value, &fields[f], sizeof value) != 0;
+            lit += f == 0 && value > 0.0;
+        }
+    }
+    ck_assert_int_gt(lit, NPH_PATH_BATCH / 50);
+    ck_assert_int_gt(k->tally(batch)->collisions, 500);
+    ck_assert_int_eq(k->tally(batch)->violations, 0);
+    nph_free(context, scene);
+    nph_free(context, memory);
+    return different;
+}
+
+START_TEST(batches_and_replay_agree_to_the_bit) {
+    NphContext *context = nph_test_context(1);
+    const char *text = scenes[_i];
+    NphScene *scene = NULL;
+    NphStatus status = nph_scene_parse(context, text, strlen(text), "test.yaml", nph_test_path("reference/scenes"), &scene);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    for (int full = 0; full < 2; full++)
+        for (int precision = 32; precision <= 64; precision += 32)
+            for (int isa = NPH_ISA_BASE; isa <= (int)nph_context_isa(context); isa++) {
+                NphRenderOptions options;
+                NphJob job;
+                const NphMethod *method = NULL;
+                NphPathChoice choice;
+                NphPathKernels kernels;
+                nph_render_options_default(&options);
+                options.precision = precision;
+                options.plan_full = full;
+                ck_assert_int_eq(nph_job_make(context, scene, &options, &method, &job), NPH_OK);
+                nph_path_choose(&job, &choice);
+                nph_path_kernels((NphIsa)isa, precision, &kernels);
+                int64_t different = differing(&kernels, &job, &choice);
+                ck_assert_msg(different == 0, "scene %d f%d %s full %d: %lld values differ", _i, precision,
+                              nph_isa_name((NphIsa)isa), full, (long long)different);
+            }
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+static void count_line(void *user, const char *text) {
+    int *lines = user;
+    ck_assert_uint_gt(strlen(text), 3);
+    ++*lines;
+}
+
+START_TEST(the_replay_tells_every_event) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = NULL;
+    ck_assert_int_eq(nph_scene_parse(context, scenes[0], strlen(scenes[0]), "test.yaml", ".", &scene), NPH_OK);
+    NphRenderOptions options;
+    nph_render_options_default(&options);
+    int lines = 0;
+    ck_assert_int_eq(nph_replay(context, scene, &options, 10, 9, 5, count_line, &lines), NPH_OK);
+    ck_assert_int_ge(lines, 3);
+    ck_assert_int_eq(nph_replay(context, scene, &options, 20, 9, 5, count_line, &lines), NPH_BAD_USAGE);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+static void fill(TCase *cases) {
+    tcase_add_loop_test(cases, batches_and_replay_agree_to_the_bit, 0, (int)(sizeof scenes / sizeof *scenes));
+    tcase_add_test(cases, the_replay_tells_every_event);
+}
+
+int main(void) { return nph_test_main("path_replay", fill); }
