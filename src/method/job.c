@@ -8,7 +8,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "nephos/version.h"
 
 void nph_render_options_default(NphRenderOptions *options) {
     memset(options, 0, sizeof *options);
@@ -109,5 +108,6 @@ NphStatus nph_job_describe(const NphJob *job, const NphMethod *method, NphFilm *
         snprintf(text + used, sizeof text - used, "%s%s=%s", k ? " " : "", method->knobs[k].name, number);
     }
     NPH_TRY(nph_film_set_text(context, film, "knobs", text));
-    return nph_film_set_text(context, film, "version", NPH_VERSION);
+    snprintf(text, sizeof text, "nephos %s", nph_version());
+    return nph_film_set_text(context, film, "software", text);
 }

@@ -9,11 +9,9 @@
 #include "core/message.h"
 #include "core/pool.h"
 #include "method/job.h"
-#include "nephos/version.h"
 
 enum { NPH_TARGET_FIRST_CHECK = 64, NPH_TARGET_BLACK = 4096 };
 
-const char *nph_version(void) { return NPH_VERSION; }
 
 static double cpu_seconds(void) {
     struct timespec now;

@@ -115,7 +115,7 @@ START_TEST(single_scattering_of_a_slab_is_the_closed_form) {
     int checked = 0;
     for (int i = 0; i < count; i += 11) {
         const SingleRow *r = &rows[i];
-        if (r->mu0 < 0.05 || fabs(r->mu) < 0.05) continue;
+        if (r->value < 1e-4) continue; /* light that deep needs more samples than a test has */
         double s = sqrt(1.0 - r->mu * r->mu), phi = r->phi * 3.14159265358979323846 / 180.0;
         const char *phase = strncmp(r->phase, "HG", 2) == 0      ? render_text("{type: hg, g: %s}", r->phase + 2)
                             : strcmp(r->phase, "rayleigh") == 0 ? "{type: rayleigh}"
@@ -128,16 +128,20 @@ START_TEST(single_scattering_of_a_slab_is_the_closed_form) {
             "lights:\n  - {type: sun, direction: [%.17g, 0, %.17g], irradiance: 1}\n",
             r->mu > 0 ? 1.001 : -0.001, -s * cos(phi), -s * sin(phi), -r->mu, r->tau, phase, -sqrt(1.0 - r->mu0 * r->mu0),
             r->mu0);
-        RenderCase render;
-        NphRenderOptions options = render_options(256, 32);
-        render_case(&render, yaml, &options, 0);
-        double mean = render_mean(&render, "R") / 1e-4, error = render_error(&render, "R") / 1e-4;
-        double z = (mean - r->value) / sqrt(error * error + 1e-8 * r->value * r->value);
+        double mean = 0.0, error = HUGE_VAL;
+        for (int64_t samples = 64; samples <= 4096 && !(error <= 0.01 * r->value); samples *= 4) {
+            RenderCase render;
+            NphRenderOptions options = render_options(samples, 32);
+            render_case(&render, yaml, &options, 0);
+            mean = render_mean(&render, "R") / 1e-4;
+            error = render_error(&render, "R") / 1e-4;
+            render_free(&render);
+        }
+        double z = (r->ssa * mean - r->value) / (r->ssa * sqrt(error * error + 1e-8 * mean * mean));
         worst = fabs(z) > worst ? fabs(z) : worst;
-        if (fabs(z) > 3.0) printf("    %s tau %g mu0 %g mu %g phi %g: %.8f against %.8f, z %+.2f\n", r->phase, r->tau, r->mu0, r->mu, r->phi, mean, r->value, z);
-        ck_assert_double_le(error, 0.02 * r->value);
+        if (fabs(z) > 3.0) printf("    %s tau %g mu0 %g mu %g phi %g: %.8f against %.8f, z %+.2f\n", r->phase, r->tau, r->mu0, r->mu, r->phi, r->ssa * mean, r->value, z);
+        ck_assert_double_le(error, 0.01 * r->value);
         checked++;
-        render_free(&render);
     }
     /* About 30 comparisons at 1% in all: |z| < 3.8. */
     printf("    %d rows, largest |z| %.2f\n", checked, worst);

@@ -84,12 +84,12 @@ START_TEST(cumulus_and_rico_are_furnaces) {
 END_TEST
 
 START_TEST(chromatic_media_are_a_furnace) {
-    check_verdict(render_text("%s%s%s", render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), chromatic, constant), 4096);
+    check_verdict(render_text("%s%s%s", render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), chromatic, constant), 8192);
 }
 END_TEST
 
 START_TEST(a_chromatic_cumulus_is_a_furnace) {
-    check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[10, 13, 18]"), constant),
+    check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[12, 13, 14]"), constant),
                   2048);
 }
 END_TEST

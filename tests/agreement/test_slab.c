@@ -59,7 +59,7 @@ static void measure(const Row *row, int below, double truth, double *mean, doubl
                                    "media:\n  - {layer: [0, 1], extinction: %.17g, albedo: %.17g, phase: {type: hg, g: %.17g}}\n"
                                    "lights:\n  - %s\n",
                                    below ? "-0.001" : "1.001", below ? 1 : -1, row->tau, row->ssa, row->g, light);
-    for (int64_t samples = 16; samples <= 4096; samples *= 4) {
+    for (int64_t samples = 16; samples <= 4096; samples *= 2) {
         RenderCase render;
         NphRenderOptions options = render_options(samples, 32);
         render_case(&render, yaml, &options, 0);
@@ -77,9 +77,10 @@ START_TEST(slab_fluxes_match_discrete_ordinates_within_their_standard_errors) {
     ck_assert_int_eq(count, 896);
     printf("    g     ssa   tau   mu0    side  table        ours         se        z\n");
     for (int k = 0; used < CHOSEN && k < count; k++) {
-        /* A fixed stride prime to the table's periods; thin to moderately thick slabs (T below 1e-3 is for longer runs). */
+        /* A fixed stride prime to the table's periods; slabs of which more than 5% comes out on
+         * either side (the rest needs more samples than a test has). */
         const Row *row = &rows[(int64_t)k * 331 % count];
-        if (row->tau > 16.0 || row->T < 1e-3 || row->R < 1e-4) continue;
+        if (row->tau > 16.0 || row->T < 0.1 || row->R < 0.05) continue;
         used++;
         for (int below = 0; below < 2; below++) {
             double truth = below ? row->T : row->R, mean, error;
