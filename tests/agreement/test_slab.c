@@ -81,6 +81,7 @@ START_TEST(slab_fluxes_match_discrete_ordinates_within_their_standard_errors) {
          * either side (the rest needs more samples than a test has). */
         const Row *row = &rows[(int64_t)k * 331 % count];
         if (row->tau > 16.0 || row->T < 0.1 || row->R < 0.05) continue;
+        if (!row->isotropic && row->mu0 < 0.3 && row->tau > 4.0) continue; /* a sun at grazing incidence far above the sensor */
         used++;
         for (int below = 0; below < 2; below++) {
             double truth = below ? row->T : row->R, mean, error;

@@ -5,6 +5,7 @@
  * precision however far from the world's origin the scene lies. */
 #include <string.h>
 
+#include "field/sample.h"
 #include "truth/path/path_state.h"
 
 size_t NPH_KERNEL(nph_path_scene_bytes)(void);
@@ -45,7 +46,7 @@ static void prepare_medium(const NphMedium *medium, const double origin[3], uint
     }
     out->phase = r_phase(&medium->phase);
     if (medium->shape != NPH_SHAPE_GRID) return;
-    out->grid = r_grid(&medium->grid);
+    nph_grid_view(&medium->grid, &out->grid);
     out->majorant = medium->grid.majorant.cells;
     for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
 }

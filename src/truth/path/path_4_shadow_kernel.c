@@ -16,7 +16,7 @@ static Real vertex_density(const NphPathBatch *batch, int i, const Real d[3], co
         Real cosine = to[0] * (Real)n[0] + to[1] * (Real)n[1] + to[2] * (Real)n[2];
         return r_max(cosine, R(0.0)) * R(0.31830988618379067154);
     }
-    return r_phase_value(&scene->media[batch->medium[i]].phase, r_one_minus_cos(d, to));
+    return r_phase_at(&scene->media[batch->medium[i]].phase, r_angle_between(d, to));
 }
 
 void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light_number, int at_sensor) {

@@ -32,9 +32,9 @@ void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
         }
         Real survival = largest < scene->roulette ? largest / (R(2.0) * scene->roulette) : R(1.0);
         if (!(r_uniform(words.w3) < survival)) continue;
-        Real d[3] = {from->d[0][i], from->d[1][i], from->d[2][i]}, turned[3], cosine, fall;
-        r_phase_sample(&medium->phase, r_uniform(words.w0), r_uniform(words.w2), &cosine, &fall);
-        r_turn(d, cosine, fall, r_uniform(words.w1), turned);
+        Real d[3] = {from->d[0][i], from->d[1][i], from->d[2][i]}, turned[3];
+        RAngle angle = r_phase_angle(&medium->phase, r_uniform(words.w0), r_uniform(words.w2));
+        r_turn_by(d, angle, r_uniform(words.w1), turned);
         for (int a = 0; a < 3; a++) {
             to->p[a][count] = from->p[a][i] + batch->distance[i] * d[a];
             to->d[a][count] = turned[a];
@@ -43,7 +43,7 @@ void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
             to->weight[c][count] = weight[c] / survival;
             to->share[c][count] = from->share[c][i];
         }
-        to->pdf[count] = r_phase_value(&medium->phase, fall);
+        to->pdf[count] = r_phase_at(&medium->phase, angle);
         to->id[count] = id;
         to->hero[count] = from->hero[i];
         count++;

@@ -6,10 +6,13 @@
 
 #include "truth/path/path_walk.h"
 
-/* 1 - cos of the angle between unit vectors, without cancellation at small angles. */
-static inline Real r_one_minus_cos(const Real a[3], const Real b[3]) {
+/* The angle between unit vectors: 1 - cos = |a - b|^2 / 2 and 1 + cos = |a + b|^2 / 2, without cancellation. */
+static inline RAngle r_angle_between(const Real a[3], const Real b[3]) {
     Real x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return R(0.5) * (x * x + y * y + z * z);
+    Real u = a[0] + b[0], v = a[1] + b[1], w = a[2] + b[2];
+    RAngle angle = {a[0] * b[0] + a[1] * b[1] + a[2] * b[2], R(0.5) * (x * x + y * y + z * z),
+                    R(0.5) * (u * u + v * v + w * w)};
+    return angle;
 }
 
 /* The balance heuristic's weight of density a against b; a negative a stands for certainty. */
@@ -27,7 +30,7 @@ static inline void r_lights_at_infinity(const RScene *scene, const Real d[3], Re
             Real density = r_environment_lookup(&light->map, d, value);
             weight = light->sampled ? r_balance(pdf, density) : R(1.0);
         } else if (light->kind == NPH_LIGHT_SUN && light->one_minus_cos > R(0.0)) {
-            Real seen = r_one_minus_cos(d, light->direction) < light->one_minus_cos ? R(1.0) : R(0.0);
+            Real seen = r_angle_between(d, light->direction).fall < light->one_minus_cos ? R(1.0) : R(0.0);
             for (int c = 0; c < 3; c++) value[c] = light->value[c] * seen;
             weight = light->sampled ? r_balance(pdf, light->pdf) : R(1.0);
         }

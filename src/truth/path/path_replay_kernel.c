@@ -110,7 +110,7 @@ static void sample_light(Replay *r, int number, const RMedium *medium, const Rea
     r_sample_light(light, p, &stream, &s);
     const double *n = r->scene->sensor.forward;
     Real cosine = s.d[0] * (Real)n[0] + s.d[1] * (Real)n[1] + s.d[2] * (Real)n[2];
-    Real density = medium ? r_phase_value(&medium->phase, r_one_minus_cos(r->d, s.d))
+    Real density = medium ? r_phase_at(&medium->phase, r_angle_between(r->d, s.d))
                           : r_max(cosine, R(0.0)) * R(0.31830988618379067154);
     Real balance = s.pdf < R(0.0) ? R(1.0) : s.pdf / (s.pdf + density);
     Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
@@ -142,7 +142,7 @@ static void sample_lights(Replay *r, const RMedium *medium, const Real p[3]) {
 static int scatter(Replay *r, const RMedium *medium) {
     RStream stream = stream_of(r, NPH_RNG_SCATTER);
     NphWords words = r_words(&stream, 0);
-    Real largest = R(0.0), cosine, fall, turned[3];
+    Real largest = R(0.0), turned[3];
     for (int c = 0; c < 3; c++) {
         r->weight[c] *= medium->albedo[c];
         largest = c < r->scene->channels ? r_max(largest, r->weight[c]) : largest;
@@ -153,11 +153,11 @@ static int scatter(Replay *r, const RMedium *medium) {
         return 0;
     }
     for (int c = 0; c < 3; c++) r->weight[c] /= survival;
-    r_phase_sample(&medium->phase, r_uniform(words.w0), r_uniform(words.w2), &cosine, &fall);
-    r_turn(r->d, cosine, fall, r_uniform(words.w1), turned);
+    RAngle angle = r_phase_angle(&medium->phase, r_uniform(words.w0), r_uniform(words.w2));
+    r_turn_by(r->d, angle, r_uniform(words.w1), turned);
     for (int a = 0; a < 3; a++) r->d[a] = turned[a];
-    r->pdf = r_phase_value(&medium->phase, fall);
-    tell(r, "    scatters by cos %.9g into %.6g %.6g %.6g, weight %.9g", (double)cosine, (double)r->d[0],
+    r->pdf = r_phase_at(&medium->phase, angle);
+    tell(r, "    scatters by cos %.9g into %.6g %.6g %.6g, weight %.9g", (double)angle.cosine, (double)r->d[0],
          (double)r->d[1], (double)r->d[2], (double)r->weight[0]);
     return 1;
 }
