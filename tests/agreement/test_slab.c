@@ -47,8 +47,9 @@ static int read_rows(Row *rows) {
     return count;
 }
 
-/* Renders one side of the slab until its standard error is small enough; returns mean and error. */
-static void measure(const Row *row, int below, double truth, double *mean, double *error) {
+/* Renders one side of the slab, with a seed of its own, until the standard error is small enough. */
+static void measure(const Row *row, int number, int below, double *mean, double *error) {
+    double truth = below ? row->T : row->R;
     double elevation = asin(row->mu0) * 180.0 / 3.14159265358979323846;
     const char *light = row->isotropic
                             ? "{type: constant, radiance: 0.31830988618379067, hemisphere: upper}"
@@ -62,6 +63,8 @@ static void measure(const Row *row, int below, double truth, double *mean, doubl
     for (int64_t samples = 16; samples <= 4096; samples *= 2) {
         RenderCase render;
         NphRenderOptions options = render_options(samples, 32);
+        options.seed_given = 1;
+        options.seed = (uint32_t)(2 * number + below);
         render_case(&render, yaml, &options, 0);
         *mean = render_mean(&render, "R");
         *error = render_error(&render, "R");
@@ -81,11 +84,11 @@ START_TEST(slab_fluxes_match_discrete_ordinates_within_their_standard_errors) {
          * either side (the rest needs more samples than a test has). */
         const Row *row = &rows[(int64_t)k * 331 % count];
         if (row->tau > 16.0 || row->T < 0.1 || row->R < 0.05) continue;
-        if (!row->isotropic && row->mu0 < 0.3 && row->tau > 4.0) continue; /* a sun at grazing incidence far above the sensor */
+        if (!row->isotropic && (row->g > 0.8 || (row->mu0 < 0.3 && row->tau > 4.0))) continue;
         used++;
         for (int below = 0; below < 2; below++) {
             double truth = below ? row->T : row->R, mean, error;
-            measure(row, below, truth, &mean, &error);
+            measure(row, used, below, &mean, &error);
             double z = error > 0.0 ? (mean - truth) / error : 0.0;
             printf("    %-5g %-5g %-5g %-6g %s %.9f  %.9f  %.2e  %+.2f\n", row->g, row->ssa, row->tau,
                    row->isotropic ? NAN : row->mu0, below ? "below" : "above", truth, mean, error, z);
