@@ -58,10 +58,8 @@ static void prepare_light(const NphLight *light, const double origin[3], int sam
     out->sampled = sampled;
     double scale = 1.0;
     if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0) {
-        double half = nph_sin(0.5 * light->half_angle_rad), sine = nph_sin(light->half_angle_rad);
-        double fall = 2.0 * half * half;
-        out->one_minus_cos = (Real)fall;
-        out->pdf = (Real)(1.0 / (6.28318530717958647693 * fall));
+        double sine = nph_sin(light->half_angle_rad);
+        out->disc = r_disc(light->direction, light->half_angle_rad);
         scale = 1.0 / (3.14159265358979323846 * sine * sine);
     }
     const double *value = light->kind == NPH_LIGHT_SUN     ? light->irradiance

@@ -29,10 +29,10 @@ static inline void r_lights_at_infinity(const RScene *scene, const Real d[3], Re
         } else if (light->kind == NPH_LIGHT_ENVIRONMENT) {
             Real density = r_environment_lookup(&light->map, d, value);
             weight = light->sampled ? r_balance(pdf, density) : R(1.0);
-        } else if (light->kind == NPH_LIGHT_SUN && light->one_minus_cos > R(0.0)) {
-            Real seen = r_angle_between(d, light->direction).fall < light->one_minus_cos ? R(1.0) : R(0.0);
+        } else if (light->kind == NPH_LIGHT_SUN && light->disc.width > R(0.0)) {
+            Real seen = r_disc_holds(&light->disc, d) ? R(1.0) : R(0.0);
             for (int c = 0; c < 3; c++) value[c] = light->value[c] * seen;
-            weight = light->sampled ? r_balance(pdf, light->pdf) : R(1.0);
+            weight = light->sampled ? r_balance(pdf, light->disc.density) : R(1.0);
         }
         for (int c = 0; c < 3; c++) radiance[c] += weight * value[c];
     }
@@ -59,11 +59,10 @@ static inline void r_sample_light(const RLight *light, const Real p[3], const RS
     } else if (light->kind == NPH_LIGHT_ENVIRONMENT) {
         sample->pdf = r_environment_sample(&light->map, r_uniform(words.w0), r_uniform(words.w1), sample->d, sample->value);
         for (int c = 0; c < 3; c++) sample->value[c] = sample->pdf > R(0.0) ? sample->value[c] / sample->pdf : R(0.0);
-    } else if (light->one_minus_cos > R(0.0)) {
-        Real fall = r_uniform(words.w0) * light->one_minus_cos;
-        r_turn(light->direction, R(1.0) - fall, fall, r_uniform(words.w1), sample->d);
-        sample->pdf = light->pdf;
-        for (int c = 0; c < 3; c++) sample->value[c] = light->value[c] / light->pdf;
+    } else if (light->disc.width > R(0.0)) {
+        r_disc_sample(&light->disc, r_uniform(words.w0), r_uniform(words.w1), sample->d);
+        sample->pdf = light->disc.density;
+        for (int c = 0; c < 3; c++) sample->value[c] = light->value[c] / light->disc.density;
     } else {
         for (int a = 0; a < 3; a++) sample->d[a] = light->direction[a];
     }

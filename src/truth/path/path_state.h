@@ -40,7 +40,7 @@ typedef struct RLight {
     int sampled;               /* a light sample at every vertex finds it; met by chance it is weighted against that */
     Real direction[3];
     Real value[3];             /* irradiance (delta sun), radiance (disc, constant), intensity (point) */
-    Real one_minus_cos, pdf;   /* disc: its cap, and 1 / solid angle */
+    RDisc disc;                /* sun that is not a delta: width > 0 */
     Real position[3];
     REnvironment map;
 } RLight;
