@@ -371,6 +371,29 @@ START_TEST(discs_are_drawn_evenly_and_hold_what_was_drawn) {
 }
 END_TEST
 
+START_TEST(every_vector_level_gives_the_same_bits) {
+    static LightQuery base[BATCH];
+    NphContext *context = nph_test_context(1);
+    NphEnvironment map = make(context, 24, 13, rough);
+    if (nph_cpu_isa() < NPH_ISA_AVX512) nph_test_skip("a vector level this processor lacks");
+    for (int bits = 32; bits <= 64; bits += 32)
+        for (int isa = NPH_ISA_BASE; isa <= (int)nph_cpu_isa(); isa++) {
+            void (*draw)(const NphEnvironment *, double, LightQuery *, int);
+            void (*look)(const NphEnvironment *, double, LightQuery *, int);
+            NPH_KERNEL_PICK(draw, light_sample, isa, bits);
+            NPH_KERNEL_PICK(look, light_lookup, isa, bits);
+            sample(0, &map, 0.0, 90, 0); /* the words */
+            draw(&map, 1.25, queries, BATCH);
+            for (int k = 0; k < BATCH; k += 2) queries[k].d[k / 2 % 3] *= -1.0;
+            look(&map, 1.25, queries, BATCH / 2);
+            if (isa == NPH_ISA_BASE) memcpy(base, queries, sizeof base);
+            else ck_assert_int_eq(memcmp(base, queries, sizeof base), 0);
+        }
+    nph_environment_free(context, &map);
+    nph_test_context_close(context);
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, white_map_has_one_density_everywhere);
     tcase_add_test(cases, density_is_luminance_over_total_and_integrates_to_one);
@@ -381,6 +404,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, poles_and_directions_that_are_none_stay_inside_the_map);
     tcase_add_test(cases, black_map_and_single_texel_are_drawn_rightly);
     tcase_add_test(cases, discs_are_drawn_evenly_and_hold_what_was_drawn);
+    tcase_add_test(cases, every_vector_level_gives_the_same_bits);
 }
 
 int main(void) { return nph_test_main("environment", fill); }

@@ -346,6 +346,41 @@ START_TEST(turning_keeps_its_angle_at_poles_too) {
 }
 END_TEST
 
+/* Words of all levels for the same draws, values and turns: compared with those of base. */
+START_TEST(every_vector_level_gives_the_same_bits) {
+    enum { COUNT = 1000 };
+    static double results[2][5][COUNT];
+    static const NphPhase phases[] = {{NPH_PHASE_HG, {0.9, 0}, 0}, {NPH_PHASE_HG, {-0.999, 0}, 0},
+                                      {NPH_PHASE_RAYLEIGH, {0, 0}, 0}, {NPH_PHASE_TWO_LOBE, {0.9, -0.4}, 0.8}};
+    uint32_t u[COUNT], lobe[COUNT];
+    double azimuth[COUNT];
+    for (uint32_t i = 0; i < COUNT; i++) {
+        NphWords words = nph_philox(17, 0, i, 0, 0, 0);
+        u[i] = words.w0;
+        lobe[i] = words.w1;
+        azimuth[i] = nph_uniform(words.w2);
+    }
+    if (nph_cpu_isa() < NPH_ISA_AVX512) nph_test_skip("a vector level this processor lacks");
+    for (int i = 0; i < 8; i++)
+        for (int isa = NPH_ISA_BASE; isa <= (int)nph_cpu_isa(); isa++) {
+            const NphPhase *phase = &phases[i % 4];
+            int bits = i < 4 ? 32 : 64;
+            double (*r)[COUNT] = results[isa != NPH_ISA_BASE], d[3] = {0.6, 0.0, 0.8};
+            void (*draws)(const NphPhase *, const uint32_t *, const uint32_t *, double *, double *, double *, int);
+            void (*value)(const NphPhase *, const double *, const double *, double *, int);
+            void (*turns)(double *, const double *, const double *, const double *, int);
+            NPH_KERNEL_PICK(draws, phase_draw, isa, bits);
+            NPH_KERNEL_PICK(value, phase_value, isa, bits);
+            NPH_KERNEL_PICK(turns, phase_turn, isa, bits);
+            draws(phase, u, lobe, r[0], r[1], r[2], COUNT);
+            value(phase, r[0], r[1], r[3], COUNT);
+            turns(d, r[0], r[1], azimuth, COUNT);
+            memcpy(r[4], d, sizeof d);
+            if (isa != NPH_ISA_BASE) ck_assert_int_eq(memcmp(results[0], results[1], sizeof results[0]), 0);
+        }
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, value_is_normalised_and_its_mean_cosine_is_g);
     tcase_add_test(cases, sampling_follows_the_value);
@@ -356,6 +391,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, published_identities_hold);
     tcase_add_test(cases, length_does_not_drift_in_a_million_scatterings);
     tcase_add_test(cases, turning_keeps_its_angle_at_poles_too);
+    tcase_add_test(cases, every_vector_level_gives_the_same_bits);
 }
 
 int main(void) { return nph_test_main("phase", fill); }
