@@ -16,6 +16,12 @@ void nph_settings_default(NphSettings *settings) {
     if (word) nph_isa_parse(word, &settings->isa_limit); /* the program refuses other words */
 }
 
+static void discard(NphContext *context) {
+    pthread_mutex_destroy(&context->lock);
+    pthread_mutex_destroy(&context->message_lock);
+    free(context);
+}
+
 NphStatus nph_context_open(NphContext **context, const NphSettings *settings) {
     if (settings->threads < 0 || settings->threads > 1024) return NPH_BAD_USAGE;
     if (settings->isa_limit > NPH_ISA_AVX512) return NPH_BAD_USAGE;
@@ -24,14 +30,11 @@ NphStatus nph_context_open(NphContext **context, const NphSettings *settings) {
     made->settings = *settings;
     made->isa = nph_cpu_isa();
     if (made->isa > settings->isa_limit) made->isa = settings->isa_limit;
-    if (pthread_mutex_init(&made->lock, NULL) != 0) {
-        free(made);
-        return NPH_NO_MEMORY;
-    }
+    pthread_mutex_init(&made->lock, NULL); /* cannot fail with default attributes */
+    pthread_mutex_init(&made->message_lock, NULL);
     NphStatus status = nph_pool_open(made);
     if (status != NPH_OK) {
-        pthread_mutex_destroy(&made->lock);
-        free(made);
+        discard(made);
         return status;
     }
     *context = made;
@@ -41,17 +44,25 @@ NphStatus nph_context_open(NphContext **context, const NphSettings *settings) {
 void nph_context_close(NphContext *context) {
     if (!context) return;
     nph_pool_close(context);
-    pthread_mutex_destroy(&context->lock);
-    free(context);
+    discard(context);
 }
 
 const char *nph_version(void) { return NPH_VERSION; }
 NphIsa nph_context_isa(const NphContext *context) { return context->isa; }
-uint64_t nph_context_bytes(const NphContext *context) { return context->bytes; }
-uint64_t nph_context_peak_bytes(const NphContext *context) { return context->peak_bytes; }
 uint64_t nph_context_memory_limit(const NphContext *context) { return context->settings.memory_limit_bytes; }
-uint64_t nph_context_allocations(const NphContext *context) { return context->allocations; }
 
-void nph_interrupt(NphContext *context) { context->interrupted = 1; }
-void nph_resume(NphContext *context) { context->interrupted = 0; }
-int nph_interrupted(const NphContext *context) { return context->interrupted != 0; }
+static uint64_t locked(const NphContext *context, const uint64_t *count) {
+    pthread_mutex_t *lock = (pthread_mutex_t *)&context->lock;
+    pthread_mutex_lock(lock);
+    uint64_t value = *count;
+    pthread_mutex_unlock(lock);
+    return value;
+}
+
+uint64_t nph_context_bytes(const NphContext *context) { return locked(context, &context->bytes); }
+uint64_t nph_context_peak_bytes(const NphContext *context) { return locked(context, &context->peak_bytes); }
+uint64_t nph_context_allocations(const NphContext *context) { return locked(context, &context->allocations); }
+
+void nph_interrupt(NphContext *context) { nph_flag_set(&context->interrupted, 1); }
+void nph_resume(NphContext *context) { nph_flag_set(&context->interrupted, 0); }
+int nph_interrupted(const NphContext *context) { return nph_flag_get(&context->interrupted); }

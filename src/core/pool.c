@@ -1,19 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * See pool.h. The calling thread is worker 0; the others sleep between runs. One lock guards everything. */
-#define _GNU_SOURCE
 #include "core/pool.h"
 
-#include <sched.h>
-#include <stdio.h>
+#include <assert.h>
+#include <signal.h>
 #include <stdlib.h>
-#include <string.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "core/context.h"
 #include "core/float_state.h"
 #include "core/message.h"
+#include "core/usable.h"
 
 typedef struct Worker {
     NphContext *context;
@@ -26,7 +24,7 @@ struct NphPool {
     Worker *workers;
     pthread_mutex_t lock;
     pthread_cond_t wake, idle;
-    int quit, busy;
+    int quit, busy, running;
     uint64_t generation;
     NphBlockFn function;
     void *data;
@@ -38,26 +36,6 @@ double nph_seconds(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/* cpu.max of the process's cgroup: "quota period" in microseconds, or "max". */
-static int cgroup_threads(void) {
-    FILE *file = fopen("/sys/fs/cgroup/cpu.max", "r");
-    if (!file) return 0;
-    long quota = 0, period = 0;
-    int read = fscanf(file, "%ld %ld", &quota, &period);
-    fclose(file);
-    if (read != 2 || quota <= 0 || period <= 0) return 0;
-    return (int)((quota + period - 1) / period);
-}
-
-static int usable_threads(void) {
-    cpu_set_t set;
-    int count = 1;
-    if (sched_getaffinity(0, sizeof set, &set) == 0) count = CPU_COUNT(&set);
-    int limit = cgroup_threads();
-    if (limit > 0 && limit < count) count = limit;
-    return count > 0 ? count : 1;
 }
 
 /* Runs blocks until none is left; the pool's lock is held at entry and exit. */
@@ -94,11 +72,30 @@ static void *run_worker(void *argument) {
     return NULL;
 }
 
+/* Signals sent to the process are for the program's own threads: workers inherit a mask that leaves them only those
+ * that their own instructions raise, and the profiler's. */
+static void start_workers(NphContext *context) {
+    static const int own[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS, SIGPROF};
+    NphPool *pool = context->pool;
+    sigset_t blocked, before;
+    sigfillset(&blocked);
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++) sigdelset(&blocked, own[i]);
+    pthread_sigmask(SIG_SETMASK, &blocked, &before);
+    while (pool->started < pool->threads - 1) {
+        Worker *worker = &pool->workers[pool->started + 1];
+        worker->context = context;
+        worker->index = pool->started + 1;
+        if (pthread_create(&worker->thread, NULL, run_worker, worker) != 0) break;
+        pool->started++;
+    }
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+}
+
 NphStatus nph_pool_open(NphContext *context) {
     NphPool *pool = calloc(1, sizeof *pool);
     if (!pool) return NPH_NO_MEMORY;
     context->pool = pool;
-    pool->threads = context->settings.threads ? context->settings.threads : usable_threads();
+    pool->threads = context->settings.threads ? context->settings.threads : nph_usable_threads("");
     pool->workers = calloc((size_t)pool->threads, sizeof *pool->workers);
     if (!pool->workers) {
         free(pool);
@@ -107,18 +104,11 @@ NphStatus nph_pool_open(NphContext *context) {
     pthread_mutex_init(&pool->lock, NULL);
     pthread_cond_init(&pool->wake, NULL);
     pthread_cond_init(&pool->idle, NULL);
-    for (int i = 1; i < pool->threads; i++) {
-        Worker *worker = &pool->workers[i];
-        worker->context = context;
-        worker->index = i;
-        if (pthread_create(&worker->thread, NULL, run_worker, worker) != 0) {
-            nph_error(context, NPH_NO_MEMORY, "cannot start thread %d of %d", i + 1, pool->threads);
-            nph_pool_close(context);
-            return NPH_NO_MEMORY;
-        }
-        pool->started++;
-    }
-    return NPH_OK;
+    start_workers(context);
+    if (pool->started == pool->threads - 1) return NPH_OK;
+    nph_error(context, NPH_NO_MEMORY, "cannot start thread %d of %d", pool->started + 2, pool->threads);
+    nph_pool_close(context);
+    return NPH_NO_MEMORY;
 }
 
 void nph_pool_close(NphContext *context) {
@@ -143,6 +133,8 @@ NphStatus nph_pool_run(NphContext *context, int64_t blocks, NphBlockFn function,
     NphFloatState saved;
     nph_float_state_enter(&saved);
     pthread_mutex_lock(&pool->lock);
+    assert(!pool->running && "a block must not run blocks");
+    pool->running = 1;
     pool->function = function;
     pool->data = data;
     pool->blocks = blocks;
@@ -155,6 +147,7 @@ NphStatus nph_pool_run(NphContext *context, int64_t blocks, NphBlockFn function,
     while (pool->busy > 0) pthread_cond_wait(&pool->idle, &pool->lock);
     NphStatus status = pool->failed;
     int64_t count = pool->completed;
+    pool->running = 0;
     pthread_mutex_unlock(&pool->lock);
     nph_float_state_leave(&saved);
     if (completed) *completed = count;
