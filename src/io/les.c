@@ -19,7 +19,7 @@
 #include "io/volume.h"
 
 /* A lattice of more cells than this per byte of its file is not believed: it would only allocate. */
-enum { CELLS_PER_BYTE = 1024, TOKEN_SHOWN = 32, ROW_TOKENS = 5 };
+enum { CELLS_PER_BYTE = 256, TOKEN_SHOWN = 32, ROW_TOKENS = 5 };
 static const float unset = -1.0f; /* water content of a point that no row named yet */
 
 typedef struct Reader {
