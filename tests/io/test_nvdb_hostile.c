@@ -368,6 +368,42 @@ START_TEST(flipped_bits_are_refused_or_give_a_sound_volume) {
 }
 END_TEST
 
+/* The sizes and the header of the packed data, which stand behind the description of the only grid. */
+START_TEST(packed_blocks_that_lie_are_refused) {
+    enum { BLOCK_SIZE_AT = GRID_AT, BLOCK_AT = GRID_AT + 8 };
+    static const struct {
+        const char *file;
+        size_t at;
+        int bytes;
+        uint64_t value;
+        const char *words;
+    } cases[] = {{"blosc", BLOCK_SIZE_AT, 8, UINT64_MAX, "byte 200: a blosc block exceeds its grid"},
+                 {"blosc", BLOCK_SIZE_AT, 8, 154142, "byte 200: a blosc block exceeds its grid"},
+                 {"blosc", BLOCK_SIZE_AT, 8, 15, "byte 208: the blosc block is damaged"},
+                 {"blosc", BLOCK_AT + 2, 1, 0x41, "byte 208: the blosc block is damaged"}, /* snappy */
+                 {"blosc", BLOCK_AT + 4, 4, 613823, "byte 208: the blosc block is damaged"},
+                 {"blosc", BLOCK_AT + 8, 4, 0, "byte 208: the blosc block is damaged"},
+                 {"blosc", BLOCK_AT + 12, 4, 0x7fffffff, "byte 208: the blosc block is damaged"},
+                 {"blosc", META_AT, 8, 613824 * 2, "byte 208: the blosc block is damaged"},
+                 {"blosc", META_AT, 8, (uint64_t)1 << 62, "byte 16: 154149 bytes of blosc data cannot unpack to"},
+                 {"zip", META_AT, 8, (uint64_t)1 << 40, "byte 16: 130675 bytes of zip data cannot unpack to"},
+                 {"zip", META_AT, 8, 613823, "byte 208: the zip data are damaged"},
+                 {"zip", META_AT, 8, 613825, "byte 208: the zip data unpack to another size"},
+                 {"zip", BLOCK_SIZE_AT, 8, 130666, "byte 200: the size of the zip data does not agree"},
+                 {"zip", META_AT + 8, 8, 7, "byte 16: 7 bytes of zip data cannot unpack to"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char relative[64];
+        size_t size;
+        snprintf(relative, sizeof relative, "reference/data/smoke/smoke_0024.%s.nvdb", cases[i].file);
+        unsigned char *bytes = load(nph_test_path(relative), &size);
+        for (int b = 0; b < cases[i].bytes; b++) bytes[cases[i].at + (size_t)b] = (unsigned char)(cases[i].value >> 8 * b);
+        if (cases[i].at == META_AT + 8) size = GRID_AT + 7;
+        refused(store("packed.nvdb", bytes, size), cases[i].words);
+        free(bytes);
+    }
+}
+END_TEST
+
 START_TEST(garbage_is_refused) {
     unsigned char *bytes = malloc(70000);
     NphContext *context = open_limited(8 << 20);
@@ -470,6 +506,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, huge_and_negative_fields_are_refused_or_harmless);
     tcase_add_loop_test(cases, every_cut_is_refused_with_the_byte, 0, SAMPLES);
     tcase_add_loop_test(cases, flipped_bits_are_refused_or_give_a_sound_volume, 0, SAMPLES);
+    tcase_add_test(cases, packed_blocks_that_lie_are_refused);
     tcase_add_test(cases, garbage_is_refused);
     tcase_add_test(cases, names_cannot_write_to_a_terminal);
     tcase_add_test(cases, files_in_a_row_are_one_file_with_several_segments);
