@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/float_state.h"
 #include "core/memory.h"
 #include "io/file.h"
 #include "scene/scene_read.h"
@@ -73,6 +74,7 @@ NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, co
                           NphScene **scene) {
     NphSceneReader *reader = NULL;
     NphScene *made = NULL;
+    NphFloatState state;
     NPH_TRY(NPH_NEW(context, 1, "scene reader", &reader));
     reader->context = context;
     reader->name = name;
@@ -82,7 +84,9 @@ NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, co
         reader->scene = made;
         status = nph_strdup(context, base_name(name), &made->name);
     }
+    nph_float_state_enter(&state);
     if (status == NPH_OK) status = read_scene(reader, text, size);
+    nph_float_state_leave(&state);
     close_reader(reader);
     if (status != NPH_OK) {
         nph_scene_free(context, made);

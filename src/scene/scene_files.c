@@ -24,6 +24,7 @@ NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value
     NPH_TRY(NPH_NEW(reader->context, size, "path", &full));
     snprintf(full, size, "%s%s%s", folder, slash, value->text);
     struct stat facts;
+    errno = 0;
     int regular = stat(full, &facts) == 0 && S_ISREG(facts.st_mode) && access(full, R_OK) == 0;
     if (!regular) {
         if (errno) strerror_r(errno, reason, sizeof reason);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Right scenes become exactly the values they write down; how they are written makes no difference. */
+#include <fenv.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -304,6 +305,23 @@ START_TEST(the_digest_of_a_scene_stays_what_it_was) {
 }
 END_TEST
 
+START_TEST(the_callers_rounding_changes_nothing_and_stays) {
+    NphContext *context = nph_test_context(1);
+    static const char text[] = HEAD "media:\n- box: [[0.1, 0.1, 0.1], [0.3, 0.7, 0.9]]\n  scattering: 0.1\n  absorption: 0.7\n"
+                               "  transform: [{rotate: {axis: [1, 2, 3], angle: 77}}]\n"
+                               "lights:\n- {type: sun, elevation: 31, azimuth: 7, irradiance: 0.1, angular_diameter: 0.53}\n";
+    NphScene *nearest = parse(context, text);
+    fesetround(FE_UPWARD);
+    NphScene *upward = parse(context, text);
+    ck_assert_int_eq(fegetround(), FE_UPWARD);
+    fesetround(FE_TONEAREST);
+    ck_assert_mem_eq(nearest->digest, upward->digest, sizeof nearest->digest);
+    nph_scene_free(context, nearest);
+    nph_scene_free(context, upward);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(aliases_that_contain_themselves_are_refused_not_followed) {
     NphContext *context = nph_test_context(1);
     NphScene *scene = NULL;
@@ -336,6 +354,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, an_inverse_undoes_its_map_and_singular_maps_have_none);
     tcase_add_test(cases, the_digest_sees_values_and_not_how_they_are_written);
     tcase_add_test(cases, the_digest_of_a_scene_stays_what_it_was);
+    tcase_add_test(cases, the_callers_rounding_changes_nothing_and_stays);
     tcase_add_test(cases, aliases_that_contain_themselves_are_refused_not_followed);
     tcase_add_test(cases, text_without_a_terminating_nul_is_read_to_its_size_only);
 }

@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Volumes that a scene names: loaded where they should lie, and, when missing or damaged, reported with their path and
+ * with their place in the scene. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/text.h"
+#include "harness.h"
+#include "io/volume.h"
+#include "scene/model.h"
+
+#define HEAD "nephos: 1\ncamera: {resolution: [4, 3], position: [0, -4, 0], look_at: [0, 0, 0], fov: 35}\n"
+
+static NphStatus parse(NphContext *context, const char *text, NphScene **scene) {
+    *scene = NULL;
+    return nph_scene_parse(context, text, strlen(text), "s", nph_test_temporary("."), scene);
+}
+
+static NphScene *must_parse(NphContext *context, const char *text) {
+    NphScene *scene;
+    ck_assert_msg(parse(context, text, &scene) == NPH_OK, "%s\n%s", text, nph_test_messages());
+    return scene;
+}
+
+static void check3(const double *values, double x, double y, double z) {
+    ck_assert_msg(values[0] == x && values[1] == y && values[2] == z, "%.17g %.17g %.17g, not %.17g %.17g %.17g", values[0],
+                  values[1], values[2], x, y, z);
+}
+
+/* A volume of 4 x 3 x 2 (x, y, z) cells, value 1 + x + 10 y + 100 z, but the one at `odd`, which is `value`. */
+static void write_npy(NphContext *context, const char *name, int odd, float value) {
+    NphArray array = {0};
+    ck_assert_int_eq(nph_array_new(context, NPH_F32, 3, (int64_t[]){2, 3, 4}, "test", &array), NPH_OK);
+    float *cells = array.data;
+    for (int i = 0; i < 24; i++) cells[i] = (float)(1 + i % 4 + 10 * (i / 4 % 3) + 100 * (i / 12));
+    if (odd >= 0) cells[odd] = value;
+    ck_assert_int_eq(nph_npy_write(context, nph_test_temporary(name), &array), NPH_OK);
+    nph_array_free(context, &array);
+}
+
+static void write_bytes(const char *name, const void *bytes, size_t size) {
+    FILE *file = fopen(nph_test_temporary(name), "wb");
+    ck_assert_ptr_nonnull(file);
+    ck_assert_uint_eq(fwrite(bytes, 1, size, file), size);
+    ck_assert_int_eq(fclose(file), 0);
+}
+
+START_TEST(a_volume_lies_where_its_box_and_transform_say) {
+    NphContext *context = nph_test_context(1);
+    double lo[3], hi[3];
+    write_npy(context, "a.npy", -1, 0);
+    NphScene *scene = must_parse(context, HEAD
+        "media:\n"
+        "- density: {file: a.npy, box: [[0, 0, 0], [8, 6, 4]]}\n"
+        "  extinction: 1\n"
+        "- density: {file: a.npy, box: [[0, 0, 0], [6, 4, 2]], centring: point, outside: clamp, lookup: nearest}\n"
+        "  extinction: 1\n"
+        "  transform: [{scale: 2}, {translate: [10, 0, 0]}]\n");
+    const NphMedium *m = scene->media;
+    nph_medium_bounds(&m[0], lo, hi);
+    check3(lo, 0, 0, 0);
+    check3(hi, 8, 6, 4);
+    nph_medium_bounds(&m[1], lo, hi);
+    check3(lo, 10, 0, 0);
+    check3(hi, 22, 8, 4);
+    nph_scene_bounds(scene, lo, hi);
+    check3(lo, 0, 0, 0);
+    check3(hi, 22, 8, 4);
+    ck_assert(m[0].grid.lookup == NPH_LOOKUP_TRILINEAR && m[1].grid.lookup == NPH_LOOKUP_NEAREST);
+    ck_assert(m[0].grid.min == 1 && m[0].grid.max == 124 && m[0].grid.active == 24);
+    /* sample (1, 1, 1) of lattice space is the first cell: its middle, or the corner of the box */
+    const double *cell = m[0].world_from_medium, *point = m[1].world_from_medium;
+    for (int axis = 0; axis < 3; axis++) {
+        ck_assert_double_eq(cell[axis * 4] + cell[axis * 4 + 1] + cell[axis * 4 + 2] + cell[axis * 4 + 3], 1);
+        ck_assert_double_eq(point[axis * 4] + point[axis * 4 + 1] + point[axis * 4 + 2] + point[axis * 4 + 3], axis ? 0 : 10);
+    }
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(cloud_fields_are_cells_around_their_points_or_end_at_them_as_the_scene_says) {
+    NphContext *context = nph_test_context(1);
+    double lo[3], hi[3];
+    static const char les[] = "# points\n2,3,2\n0.5,0.25\n1.0,1.5\nx,y,z,lwc,reff\n0,0,0,0.2,10\n1,2,1,0.4,10\n";
+    write_bytes("les.txt", les, sizeof les - 1);
+    NphScene *scene = must_parse(context, HEAD
+        "media:\n- {density: {file: les.txt, centring: cell}, extinction: 1}\n"
+        "- {density: {file: les.txt, centring: point}, extinction: 1}\n");
+    nph_medium_bounds(&scene->media[0], lo, hi);
+    check3(lo, -250, -125, 750);
+    check3(hi, 750, 625, 1750);
+    nph_medium_bounds(&scene->media[1], lo, hi);
+    check3(lo, 0, 0, 1000);
+    check3(hi, 500, 500, 1500);
+    ck_assert_float_eq_tol(scene->media[0].grid.max, 0.06f, 1e-8f); /* 1.5 * 0.4 / 10 */
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+typedef struct Expected {
+    const char *name;
+    double lo[3], hi[3], max, sum;
+    int64_t active;
+} Expected;
+
+START_TEST(the_reference_scenes_load_and_their_volumes_lie_where_they_should) {
+    static const Expected expected[] = {
+        {"cube_g000", {0, 0, 0}, {1, 1, 1}, 0, 0, 0}, {"cube_g070", {0, 0, 0}, {1, 1, 1}, 0, 0, 0},
+        {"cube_g095", {0, 0, 0}, {1, 1, 1}, 0, 0, 0},
+        {"slab", {HUGE_VAL, HUGE_VAL, 0}, {-HUGE_VAL, -HUGE_VAL, 1}, 0, 0, 0},
+        {"rico", {0, 0, 420}, {2440, 2120, 1980}, 0.105171, 260.859, 15905},
+        {"smoke", {0, 0, 0}, {1, 1, 1}, 13.942362, 1550625.236, 315075},
+        {"les_stcu", {-27.5, -27.5, 425.53333}, {3492.5, 3492.5, 824.46667}, 0.264541, 1113.88, 24789},
+        {"cumulus", {-1.534956, -1.405968, -0.322470}, {1.276980, 1.019005, 1.070600}, 1, 1453017.8, 1526233}};
+    NphContext *context = nph_test_context(0);
+    for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++) {
+        const Expected *e = &expected[i];
+        char path[64];
+        double lo[3], hi[3];
+        NphScene *scene = NULL;
+        snprintf(path, sizeof path, "reference/scenes/%s.yaml", e->name);
+        ck_assert_msg(nph_scene_load(context, nph_test_path(path), &scene) == NPH_OK, "%s", nph_test_messages());
+        nph_scene_bounds(scene, lo, hi);
+        for (int axis = 0; axis < 3; axis++) {
+            ck_assert_msg(lo[axis] == e->lo[axis] || fabs(lo[axis] - e->lo[axis]) < 1e-5, "%s %.17g", e->name, lo[axis]);
+            ck_assert_msg(hi[axis] == e->hi[axis] || fabs(hi[axis] - e->hi[axis]) < 1e-5, "%s %.17g", e->name, hi[axis]);
+        }
+        const NphGrid *grid = &scene->media[0].grid;
+        ck_assert_msg(fabs((double)grid->max - e->max) <= 1e-5 * e->max, "%s max %.9g", e->name, (double)grid->max);
+        ck_assert_msg(fabs(grid->sum - e->sum) <= 1e-5 * e->sum, "%s sum %.9g", e->name, grid->sum);
+        ck_assert_msg(grid->active == e->active, "%s active %lld", e->name, (long long)grid->active);
+        nph_scene_free(context, scene);
+    }
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(missing_and_damaged_files_are_named_with_their_place_in_the_scene) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    write_npy(context, "a.npy", -1, 0);
+    write_npy(context, "nan.npy", 13, (float)NAN);
+    write_npy(context, "negative.npy", 0, -1);
+    write_bytes("cut.npy", "\x93NUMPY\1\0", 8);
+    write_bytes("noise.nvdb", "certainly not a volume", 22);
+    write_bytes("empty.txt", "", 0);
+    const char *text = HEAD
+        "media:\n"
+        "- {density: {file: nan.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
+        "- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
+        "- {density: {file: cut.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
+        "- {density: {file: noise.nvdb}, extinction: 1}\n"
+        "- {density: {file: empty.txt, centring: cell}, extinction: 1}\n"
+        "- {density: {file: negative.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n";
+    ck_assert_int_eq(parse(context, text, &scene), NPH_BAD_INPUT);
+    const char *messages = nph_test_messages();
+    static const char *const parts[] = {"s:4:20: this volume cannot be used", "s:6:20: ", "s:7:20: ", "s:8:20: ", "s:9:20: ",
+                                        "nan.npy", "cut.npy", "noise.nvdb", "empty.txt", "negative.npy"};
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        ck_assert_msg(strstr(messages, parts[i]) != NULL, "%s not in\n%s", parts[i], messages);
+    ck_assert_ptr_null(strstr(messages, "s:5:"));
+    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: no/such.nvdb}, extinction: 1}\n"
+                                         "lights:\n- {type: environment, file: none.exr}\n", &scene), NPH_BAD_INPUT);
+    messages = nph_test_messages();
+    ck_assert_ptr_nonnull(strstr(messages, "s:4:20: volume 'no/such.nvdb' cannot be read: No such file"));
+    ck_assert_ptr_nonnull(strstr(messages, "s:6:29: environment map 'none.exr' cannot be read: No such file"));
+    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: ., centring: cell}, extinction: 1}\n", &scene),
+                     NPH_BAD_SCENE);
+    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: no.nvdb}, extinction: -1}\n", &scene), NPH_BAD_SCENE);
+    messages = nph_test_messages();
+    ck_assert_ptr_nonnull(strstr(messages, "no.nvdb")); /* told as well, although the scene itself is wrong */
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(a_folder_in_place_of_a_volume_and_an_unknown_grid_are_refused) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    char text[2000];
+    snprintf(text, sizeof text, HEAD "media:\n- {density: {file: %s, grid: temperature}, extinction: 1}\n",
+             nph_test_path("reference/data/cumulus/cumulus_300.zip.nvdb"));
+    ck_assert_int_eq(parse(context, text, &scene), NPH_BAD_INPUT);
+    const char *messages = nph_test_messages();
+    ck_assert_msg(strstr(messages, "temperature") && strstr(messages, "density") && strstr(messages, "s:4:20: "), "%s", messages);
+    snprintf(text, sizeof text, "mkdir '%s'", nph_test_temporary("folder.nvdb"));
+    ck_assert_int_eq(system(text), 0);
+    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: folder.nvdb}, extinction: 1}\n", &scene), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:20: volume 'folder.nvdb' cannot be read: it is not a regular file"));
+    ck_assert_int_eq(remove(nph_test_temporary("folder.nvdb")), 0);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(extinction_times_the_largest_density_is_bounded) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    write_npy(context, "dense.npy", 5, 1e30f);
+    ck_assert_int_eq(parse(context, HEAD "media:\n- density: {file: dense.npy, box: [[0, 0, 0], [1, 1, 1]]}\n"
+                                         "  extinction: [0, 0, 1e-20]\n", &scene), NPH_BAD_SCENE);
+    const char *messages = nph_test_messages();
+    ck_assert_msg(strncmp(messages, "s:5:15: extinction times the volume's largest density", 53) == 0, "%s", messages);
+    scene = must_parse(context, HEAD "media:\n- density: {file: dense.npy, box: [[0, 0, 0], [1, 1, 1]]}\n"
+                                     "  extinction: [0, 0, 0.99e-21]\n");
+    nph_scene_free(context, scene);
+    ck_assert_int_eq(parse(context, HEAD "media:\n- density: {file: dense.npy, box: [[9e11, 0, 0], [1e12, 1, 1]]}\n"
+                                         "  extinction: 0\n  transform: [{scale: 2}]\n", &scene), NPH_BAD_SCENE);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "beyond 1e12 m along x"));
+    nph_test_context_close(context);
+}
+END_TEST
+
+static void digest_of(NphContext *context, const char *text, uint8_t digest[16]) {
+    NphScene *scene = must_parse(context, text);
+    memcpy(digest, scene->digest, 16);
+    nph_scene_free(context, scene);
+}
+
+START_TEST(the_digest_sees_the_contents_of_volumes_and_not_their_names) {
+    NphContext *context = nph_test_context(1);
+    uint8_t first[16], second[16], third[16], fourth[16];
+    write_npy(context, "a.npy", -1, 0);
+    write_npy(context, "b.npy", -1, 0);
+    write_npy(context, "c.npy", 17, 113.00001f);
+    digest_of(context, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n", first);
+    digest_of(context, HEAD "media:\n- {extinction: 1, density: {box: [[0, 0, 0], [1, 1, 1]], outside: zero, centring: cell,\n"
+                            "   lookup: trilinear, file: ./b.npy}}\n", second);
+    digest_of(context, HEAD "media:\n- {density: {file: c.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n", third);
+    digest_of(context, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]], lookup: nearest}, extinction: 1}\n",
+              fourth);
+    ck_assert_mem_eq(first, second, 16);
+    ck_assert_mem_ne(first, third, 16);
+    ck_assert_mem_ne(first, fourth, 16);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(files_are_looked_up_beside_the_scene) {
+    NphContext *context = nph_test_context(1);
+    write_npy(context, "a.npy", -1, 0);
+    static const char text[] = HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n";
+    write_bytes("scene.yaml", text, sizeof text - 1);
+    NphScene *scene = NULL;
+    ck_assert_msg(nph_scene_load(context, nph_test_temporary("scene.yaml"), &scene) == NPH_OK, "%s", nph_test_messages());
+    ck_assert_str_eq(scene->name, "scene.yaml");
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(any_allocation_that_fails_while_files_load_is_reported_and_nothing_leaks) {
+    NphContext *outer = nph_test_context(1);
+    write_npy(outer, "a.npy", -1, 0);
+    static const char les[] = "#\n2,3,2\n0.5,0.25\n1.0,1.5\nx,y,z,lwc,reff\n0,0,0,0.2,10\n1,2,1,0.4,10\n";
+    write_bytes("les.txt", les, sizeof les - 1);
+    char text[3000];
+    snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
+             "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n",
+             nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"));
+    for (uint64_t n = 1;; n++) {
+        NphSettings settings;
+        nph_settings_default(&settings);
+        settings.threads = 1;
+        settings.fail_allocation = n;
+        NphContext *context = NULL;
+        NphScene *scene = NULL;
+        ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
+        NphStatus status = nph_scene_parse(context, text, strlen(text), "s", nph_test_temporary("."), &scene);
+        int reached = nph_context_allocations(context) >= n;
+        ck_assert_int_eq(status, reached ? NPH_NO_MEMORY : NPH_OK);
+        nph_scene_free(context, scene);
+        ck_assert_msg(nph_context_bytes(context) == 0, "allocation %llu", (unsigned long long)n);
+        nph_context_close(context);
+        if (!reached) break;
+        ck_assert_uint_lt(n, 2000);
+    }
+    nph_test_context_close(outer);
+}
+END_TEST
+
+static void fill(TCase *cases) {
+    tcase_add_test(cases, a_volume_lies_where_its_box_and_transform_say);
+    tcase_add_test(cases, cloud_fields_are_cells_around_their_points_or_end_at_them_as_the_scene_says);
+    tcase_add_test(cases, the_reference_scenes_load_and_their_volumes_lie_where_they_should);
+    tcase_add_test(cases, missing_and_damaged_files_are_named_with_their_place_in_the_scene);
+    tcase_add_test(cases, a_folder_in_place_of_a_volume_and_an_unknown_grid_are_refused);
+    tcase_add_test(cases, extinction_times_the_largest_density_is_bounded);
+    tcase_add_test(cases, the_digest_sees_the_contents_of_volumes_and_not_their_names);
+    tcase_add_test(cases, files_are_looked_up_beside_the_scene);
+    tcase_add_test(cases, any_allocation_that_fails_while_files_load_is_reported_and_nothing_leaks);
+}
+
+int main(void) { return nph_test_main("scene_files", fill); }
