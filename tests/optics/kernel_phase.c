@@ -6,16 +6,16 @@
 #include "core/philox.h"
 #include "optics/phase_lookup.h"
 
-void NPH_KERNEL(phase_draw)(const NphPhase *phase, const uint32_t *u, const uint32_t *lobe, double *fall, double *rise,
-                            double *cosine, int count) {
+void NPH_KERNEL(phase_draw)(const NphPhase *phase, const uint32_t *u, const uint32_t *lobe, double *const out[3],
+                            int count) {
     RPhase lookup = r_phase(phase);
     for (int i = 0; i < count; i++) {
         RAngle angle = r_phase_angle(&lookup, r_uniform(u[i]), r_uniform(lobe[i]));
         Real plain_cosine, plain_fall;
         r_phase_sample(&lookup, r_uniform(u[i]), r_uniform(lobe[i]), &plain_cosine, &plain_fall);
-        fall[i] = (double)angle.fall;
-        rise[i] = (double)angle.rise;
-        cosine[i] = plain_cosine == angle.cosine && plain_fall == angle.fall ? (double)angle.cosine : nph_nan();
+        out[0][i] = (double)angle.fall;
+        out[1][i] = (double)angle.rise;
+        out[2][i] = plain_cosine == angle.cosine && plain_fall == angle.fall ? (double)angle.cosine : nph_nan();
     }
 }
 

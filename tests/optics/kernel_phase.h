@@ -7,9 +7,9 @@
 #include "core/cpu.h"
 #include "optics/phase.h"
 
-/* Angles drawn with the words of u and lobe. */
-NPH_KERNEL_DECLARE(void, phase_draw, (const NphPhase *phase, const uint32_t *u, const uint32_t *lobe, double *fall,
-                                      double *rise, double *cosine, int count));
+/* Angles drawn with the words of u and lobe: out[0] receives fall, out[1] rise, out[2] cos. */
+NPH_KERNEL_DECLARE(void, phase_draw, (const NphPhase *phase, const uint32_t *u, const uint32_t *lobe,
+                                      double *const out[3], int count));
 /* Values at angles; with rise NULL from fall alone. */
 NPH_KERNEL_DECLARE(void, phase_value, (const NphPhase *phase, const double *fall, const double *rise, double *value,
                                        int count));

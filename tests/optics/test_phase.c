@@ -38,18 +38,18 @@ static Scale scale_of(const NphPhase *phase) {
 }
 
 /* Integral of p(cos) (1, near) 2 pi dcos between t0 and t1: Gauss-Legendre, 4 points on each of count panels. */
-static void integrate(int single, const NphPhase *phase, Scale scale, double t0, double t1, int panels, double out[2]) {
+static void integrate(int single, const NphPhase *phase, Scale scale, const double t[2], int panels, double out[2]) {
     static const double node[2] = {0.33998104358485626, 0.86113631159405258};
     static const double weight[2] = {0.65214515486254614, 0.34785484513745386};
     out[0] = out[1] = 0.0;
     for (int i = 0; i < panels; i++)
         for (int k = 0; k < 4; k++) {
             double x = (k & 1 ? -1.0 : 1.0) * node[k / 2];
-            double t = t0 + (t1 - t0) * (i + 0.5 + 0.5 * x) / panels;
-            double near = scale.a * expm1(t), far = 2.0 - near, p;
+            double at = t[0] + (t[1] - t[0]) * (i + 0.5 + 0.5 * x) / panels;
+            double near = scale.a * expm1(at), far = 2.0 - near, p;
             far = far < 0.0 ? 0.0 : far;
             values(single, phase, scale.backward ? &far : &near, scale.backward ? &near : &far, &p, 1);
-            double part = 2.0 * PI * p * scale.a * exp(t) * weight[k / 2] * 0.5 * (t1 - t0) / panels;
+            double part = 2.0 * PI * p * scale.a * exp(at) * weight[k / 2] * 0.5 * (t[1] - t[0]) / panels;
             out[0] += part;
             out[1] += part * near;
         }
@@ -65,7 +65,7 @@ START_TEST(value_is_normalised_and_its_mean_cosine_is_g) {
             NphPhase phase = hg(asymmetries[i]);
             Scale scale = scale_of(&phase);
             double got[2], bound = single ? 1e-6 : 1e-10;
-            integrate(single, &phase, scale, 0.0, scale.top, 400, got);
+            integrate(single, &phase, scale, (double[]){0.0, scale.top}, 400, got);
             ck_assert_msg(fabs(got[0] - 1.0) < bound, "g %g: norm - 1 = %g", asymmetries[i], got[0] - 1.0);
             /* mean of 1 - |cos towards the peak| is 1 - |g|, relative to itself */
             double rest = 1.0 - fabs(asymmetries[i]);
@@ -77,7 +77,7 @@ START_TEST(value_is_normalised_and_its_mean_cosine_is_g) {
     for (int i = 0; i < 4; i++) {
         Scale scale = scale_of(&others[i]);
         double got[2], mean = i < 2 ? 0.0 : i == 2 ? 0.7 * 0.8 - 0.3 * 0.3 : 0.1;
-        integrate(0, &others[i], scale, 0.0, scale.top, 400, got);
+        integrate(0, &others[i], scale, (double[]){0.0, scale.top}, 400, got);
         ck_assert(fabs(got[0] - 1.0) < 1e-10 && fabs(1.0 - got[1] - mean) < 1e-10);
         ck_assert(fabs(nph_phase_mean_cosine(&others[i]) - mean) < 1e-15);
     }
@@ -85,8 +85,7 @@ START_TEST(value_is_normalised_and_its_mean_cosine_is_g) {
 END_TEST
 
 /* Draws count angles; near[i] is the distance to the peak. */
-static void draw(int single, const NphPhase *phase, uint32_t seed, int count, double *fall, double *rise,
-                 double *cosine) {
+static void draw(int single, const NphPhase *phase, uint32_t seed, int count, double *const out[3]) {
     enum { BATCH = 1024 };
     uint32_t u[BATCH], lobe[BATCH];
     for (int first = 0; first < count; first += BATCH) {
@@ -96,8 +95,9 @@ static void draw(int single, const NphPhase *phase, uint32_t seed, int count, do
             u[i] = words.w0;
             lobe[i] = words.w1;
         }
-        if (single) phase_draw_f32_base(phase, u, lobe, fall + first, rise + first, cosine + first, n);
-        else phase_draw_f64_base(phase, u, lobe, fall + first, rise + first, cosine + first, n);
+        double *const at[3] = {out[0] + first, out[1] + first, out[2] + first};
+        if (single) phase_draw_f32_base(phase, u, lobe, at, n);
+        else phase_draw_f64_base(phase, u, lobe, at, n);
     }
 }
 
@@ -107,7 +107,7 @@ static void chi_square(int single, const NphPhase *phase, uint32_t seed, const c
     Scale scale = scale_of(phase);
     double count[BINS + 1] = {0}, sum = 0.0, waiting = 0.0, expected_waiting = 0.0, total = 0.0;
     int degrees = -1;
-    draw(single, phase, seed, SAMPLES, fall, rise, cosine);
+    draw(single, phase, seed, SAMPLES, (double *[]){fall, rise, cosine});
     for (int i = 0; i < SAMPLES; i++) {
         double nearer = fall[i] < rise[i] ? fall[i] : rise[i], epsilon = single ? 0x1p-24 : 0x1p-53;
         EXPECT(nearer >= 0.0 && fall[i] <= 2.0 && rise[i] <= 2.0, "fall %g, rise %g", fall[i], rise[i]);
@@ -119,7 +119,7 @@ static void chi_square(int single, const NphPhase *phase, uint32_t seed, const c
     }
     for (int bin = 0; bin < BINS; bin++) {
         double part[2];
-        integrate(0, phase, scale, scale.top * bin / BINS, scale.top * (bin + 1) / BINS, 64, part);
+        integrate(0, phase, scale, (double[]){scale.top * bin / BINS, scale.top * (bin + 1) / BINS}, 64, part);
         waiting += count[bin];
         expected_waiting += SAMPLES * part[0];
         total += part[0];
@@ -167,8 +167,9 @@ START_TEST(sampling_inverts_the_distribution_for_every_g) {
                 uint32_t word = k == 4096 ? 0xffffff00u : k << 20, lobe = 0;
                 double u = word / 4294967296.0, tail = u < 0.5 ? u : 1.0 - u, fall, rise, cosine;
                 NphPhase phase = hg(asymmetries[i]);
-                if (single) phase_draw_f32_base(&phase, &word, &lobe, &fall, &rise, &cosine, 1);
-                else phase_draw_f64_base(&phase, &word, &lobe, &fall, &rise, &cosine, 1);
+                double *const out[3] = {&fall, &rise, &cosine};
+                if (single) phase_draw_f32_base(&phase, &word, &lobe, out, 1);
+                else phase_draw_f64_base(&phase, &word, &lobe, out, 1);
                 double back = hg_tail(asymmetries[i], fall, rise, u >= 0.5), epsilon = single ? 0x1p-24 : 0x1p-52;
                 EXPECT(fabs(back - tail) <= 16 * epsilon * tail, "g %g: u %.9g, tail %.17g, not %.17g", asymmetries[i],
                        u, back, tail);
@@ -184,8 +185,9 @@ START_TEST(rayleigh_sampling_inverts_its_distribution_at_both_poles) {
             uint32_t word = k % 2 ? words.w0 : words.w0 >> (words.w1 % (single ? 17u : 25u)), lobe = 0;
             if (k % 4 == 2) word = ~word;
             double u = single ? (word >> 8) / 16777216.0 : word / 4294967296.0, fall, rise, cosine;
-            if (single) phase_draw_f32_base(&phase, &word, &lobe, &fall, &rise, &cosine, 1);
-            else phase_draw_f64_base(&phase, &word, &lobe, &fall, &rise, &cosine, 1);
+            double *const out[3] = {&fall, &rise, &cosine};
+            if (single) phase_draw_f32_base(&phase, &word, &lobe, out, 1);
+            else phase_draw_f64_base(&phase, &word, &lobe, out, 1);
             double n = u > 0.5 ? fall : rise, tail = u > 0.5 ? 1.0 - u : u;
             EXPECT(fabs(n * (6.0 - 3.0 * n + n * n) / 8.0 - tail) <= (single ? 3 * 0x1p-24 : 8 * 0x1p-53) * tail,
                    "u %.9g: n %.9g", u, n);
@@ -244,15 +246,15 @@ static double row_value(const char *quantity, double g, double argument) {
         return nph_phase_value(&phase, argument);
     if (strncmp(quantity, "inverse", 7) == 0) {
         uint32_t u = (uint32_t)(argument * 4294967296.0 + 0.5), lobe = 0;
-        phase_draw_f64_base(&phase, &u, &lobe, &fall, &rise, &cosine, 1);
+        phase_draw_f64_base(&phase, &u, &lobe, (double *[]){&fall, &rise, &cosine}, 1);
         return cosine;
     }
     if (strncmp(quantity, "backward", 8) == 0) {
         double middle = log(1.0 / scale.a + 1.0);
-        integrate(0, &phase, scale, scale.backward ? 0.0 : middle, scale.backward ? middle : scale.top, 400, got);
+        integrate(0, &phase, scale, scale.backward ? (double[]){0.0, middle} : (double[]){middle, scale.top}, 400, got);
         return got[0];
     }
-    integrate(0, &phase, scale, 0.0, scale.top, 400, got);
+    integrate(0, &phase, scale, (double[]){0.0, scale.top}, 400, got);
     if (strncmp(quantity, "norm", 4) == 0) return got[0];
     if (strncmp(quantity, "mean", 4) == 0) return copysign(1.0 - got[1], g);
     return strncmp(quantity, "legendre_moment_2", 17) == 0 ? g * g : NAN;
@@ -295,7 +297,7 @@ START_TEST(length_does_not_drift_in_a_million_scatterings) {
     for (int i = 0; i < 3; i++)
         for (int single = 0; single < 2; single++) {
             NphPhase phase = hg(g[i]);
-            draw(single, &phase, 5u + (uint32_t)i, STEPS, fall, rise, azimuth);
+            draw(single, &phase, 5u + (uint32_t)i, STEPS, (double *[]){fall, rise, azimuth});
             for (uint32_t k = 0; k < STEPS; k++) azimuth[k] = nph_uniform(nph_philox(8, 0, k, 0, 0, 0).w0);
             double d[3] = {0.0, 0.6, -0.8}, epsilon = single ? 0x1p-24 : 0x1p-53;
             for (int part = 0; part < 100; part++) {
@@ -366,13 +368,13 @@ START_TEST(every_vector_level_gives_the_same_bits) {
             const NphPhase *phase = &phases[i % 4];
             int bits = i < 4 ? 32 : 64;
             double (*r)[COUNT] = results[isa != NPH_ISA_BASE], d[3] = {0.6, 0.0, 0.8};
-            void (*draws)(const NphPhase *, const uint32_t *, const uint32_t *, double *, double *, double *, int);
+            void (*draws)(const NphPhase *, const uint32_t *, const uint32_t *, double *const *, int);
             void (*value)(const NphPhase *, const double *, const double *, double *, int);
             void (*turns)(double *, const double *, const double *, const double *, int);
             NPH_KERNEL_PICK(draws, phase_draw, isa, bits);
             NPH_KERNEL_PICK(value, phase_value, isa, bits);
             NPH_KERNEL_PICK(turns, phase_turn, isa, bits);
-            draws(phase, u, lobe, r[0], r[1], r[2], COUNT);
+            draws(phase, u, lobe, (double *[]){r[0], r[1], r[2]}, COUNT);
             value(phase, r[0], r[1], r[3], COUNT);
             turns(d, r[0], r[1], azimuth, COUNT);
             memcpy(r[4], d, sizeof d);
