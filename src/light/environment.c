@@ -60,60 +60,67 @@ static void build_tables(NphEnvironment *map, double *weights, double *row_weigh
     accumulate(row_weights, height, map->row_cdf);
 }
 
-/* Scaled and checked values of one channel to one component, or to all three. */
-static NphStatus take_channel(NphContext *context, const NphImage *image, const NphChannel *channel, const char *what,
-                              const double *scale, int first, int last, NphEnvironment *map, int64_t *negative) {
+/* What a map is built from, and what was met there. */
+typedef struct Source {
+    NphContext *context;
+    const NphImage *image;
+    const double *scale;
+    const char *what;
+    int64_t negative;
+} Source;
+
+/* Scaled and checked values of one channel to the components first to last. */
+static NphStatus take_channel(Source *source, const NphChannel *channel, int first, int last, float *radiance) {
+    const NphImage *image = source->image;
     int64_t count = (int64_t)image->width * image->height;
     for (int64_t i = 0; i < count; i++) {
         float value = channel->pixels[i];
         int x = image->x0 + (int)(i % image->width), y = image->y0 + (int)(i / image->width);
         if (!(nph_absf(value) <= FLT_MAX))
-            return nph_error(context, NPH_BAD_INPUT, "%s: channel %s is %s at pixel (%d, %d); radiance must be finite",
-                             what, channel->name, value != value ? "not a number" : "infinite", x, y);
-        *negative += value < 0.0f;
+            return nph_error(source->context, NPH_BAD_INPUT, "%s: channel %s is %s at pixel (%d, %d); radiance must be "
+                             "finite", source->what, channel->name, value != value ? "not a number" : "infinite", x, y);
+        source->negative += value < 0.0f;
         for (int c = first; c <= last; c++) {
-            double scaled = value < 0.0f ? 0.0 : (double)value * scale[c];
+            double scaled = value < 0.0f ? 0.0 : (double)value * source->scale[c];
             if (scaled > (double)FLT_MAX)
-                return nph_error(context, NPH_BAD_INPUT, "%s: channel %s times its scale is %g at pixel (%d, %d); "
-                                 "at most %g is possible", what, channel->name, scaled, x, y, (double)FLT_MAX);
-            map->radiance[3 * i + c] = (float)scaled;
+                return nph_error(source->context, NPH_BAD_INPUT, "%s: channel %s times its scale is %g at pixel (%d, %d); "
+                                 "at most %g is possible", source->what, channel->name, scaled, x, y, (double)FLT_MAX);
+            radiance[3 * i + c] = (float)scaled;
         }
     }
     return NPH_OK;
 }
 
-static NphStatus take_radiance(NphContext *context, const NphImage *image, const double scale[3], const char *what,
-                               NphEnvironment *map) {
+static NphStatus take_radiance(Source *source, float *radiance) {
     static const char *const names[3] = {"R", "G", "B"};
-    const NphChannel *rgb[3], *grey = nph_image_channel(image, "Y");
+    const NphChannel *rgb[3], *grey = nph_image_channel(source->image, "Y");
     int found = 0;
-    int64_t negative = 0;
     for (int c = 0; c < 3; c++) {
-        rgb[c] = nph_image_channel(image, names[c]);
+        rgb[c] = nph_image_channel(source->image, names[c]);
         found += rgb[c] != NULL;
     }
     if (found != 3 && (found > 0 || !grey))
-        return nph_error(context, NPH_BAD_INPUT, "%s: has %s%s%s%s; an environment map needs the channels R, G and B, "
-                         "or Y", what, rgb[0] ? "R " : "", rgb[1] ? "G " : "", rgb[2] ? "B " : "",
+        return nph_error(source->context, NPH_BAD_INPUT, "%s: has %s%s%s%s; an environment map needs the channels R, G "
+                         "and B, or Y", source->what, rgb[0] ? "R " : "", rgb[1] ? "G " : "", rgb[2] ? "B " : "",
                          found ? "only" : "none of R, G, B, Y");
     for (int c = 0; c < (found ? 3 : 1); c++)
-        NPH_TRY(take_channel(context, image, found ? rgb[c] : grey, what, scale, c, found ? c : 2, map, &negative));
-    if (negative)
-        nph_warn(context, "%s: %lld negative values are taken as 0", what, (long long)negative);
+        NPH_TRY(take_channel(source, found ? rgb[c] : grey, c, found ? c : 2, radiance));
+    if (source->negative)
+        nph_warn(source->context, "%s: %lld negative values are taken as 0", source->what, (long long)source->negative);
     return NPH_OK;
 }
 
-static NphStatus build(NphContext *context, const NphImage *image, const double scale[3], const char *what,
-                       NphEnvironment *map, double **weights, double **row_weights) {
-    int64_t width = image->width, height = image->height;
-    map->width = image->width;
-    map->height = image->height;
+static NphStatus build(Source *source, NphEnvironment *map, double **weights, double **row_weights) {
+    NphContext *context = source->context;
+    int64_t width = source->image->width, height = source->image->height;
+    map->width = source->image->width;
+    map->height = source->image->height;
     NPH_TRY(NPH_NEW(context, 3 * width * height, "radiance of an environment map", &map->radiance));
     NPH_TRY(NPH_NEW(context, height + 1, "rows of an environment map", &map->row_cdf));
     NPH_TRY(NPH_NEW(context, height * (width + 1), "columns of an environment map", &map->column_cdf));
     NPH_TRY(NPH_NEW(context, width, "weights of an environment map", weights));
     NPH_TRY(NPH_NEW(context, height, "weights of an environment map", row_weights));
-    NPH_TRY(take_radiance(context, image, scale, what, map));
+    NPH_TRY(take_radiance(source, map->radiance));
     build_tables(map, *weights, *row_weights);
     return NPH_OK;
 }
@@ -127,9 +134,10 @@ NphStatus nph_environment_build(NphContext *context, const NphImage *image, cons
         return nph_error(context, NPH_BAD_INPUT, "%s: its %d x %d pixels from (%d, %d) are not the whole %d x %d image; "
                          "an environment map must be complete", what, image->width, image->height, image->x0, image->y0,
                          image->full_width, image->full_height);
+    Source source = {context, image, scale, what, 0};
     NphEnvironment made = {0};
     double *weights = NULL, *row_weights = NULL;
-    NphStatus status = build(context, image, scale, what, &made, &weights, &row_weights);
+    NphStatus status = build(&source, &made, &weights, &row_weights);
     nph_free(context, weights);
     nph_free(context, row_weights);
     if (status == NPH_OK) *map = made;
