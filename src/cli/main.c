@@ -8,10 +8,9 @@
 #include "core/cpu.h"
 #include "nephos/context.h"
 
-static const Command *const commands[] = {
-    NULL,
-};
-enum { COMMANDS = sizeof commands / sizeof *commands - 1 };
+static const Command *const commands[] = {&command_render,  &command_plan,  &command_info,
+                                          &command_compare, &command_merge, &command_bench};
+enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void print_help(void) {
     puts("nephos: a reference renderer for clouds, smoke and atmosphere on the CPU\n"
@@ -55,7 +54,7 @@ static NphStatus print_version(void) {
 }
 
 static NphStatus unknown_command(const char *word) {
-    const char *names[COMMANDS + 1] = {NULL};
+    const char *names[COMMANDS];
     for (int i = 0; i < COMMANDS; i++) names[i] = commands[i]->name;
     const char *near = closest_word(word, names, COMMANDS);
     fprintf(stderr, "nephos: unknown command %s", word);
