@@ -96,6 +96,7 @@ void knobs_print(FILE *out) {
     for (int i = 0; i < nph_knob_count(); i++) {
         const NphKnob *knob = nph_knob(i);
         fprintf(out, "  %-24s default %g, from %g to %g%s%s\n      %s; trades %s\n", knob->name, knob->value, knob->min,
-                knob->max, *knob->unit ? " " : "", knob->unit, knob->meaning, knob->trades);
+                knob->max, strcmp(knob->unit, "1") != 0 ? " " : "",
+                strcmp(knob->unit, "1") != 0 ? knob->unit : "", knob->meaning, knob->trades);
     }
 }

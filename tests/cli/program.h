@@ -39,6 +39,15 @@ static inline void program_redirect(const char *path, int to) {
     if (file < 0 || dup2(file, to) < 0) _exit(126);
 }
 
+/* A file of the temporary folder; unlike the harness's, the text stays for 64 further calls. */
+static inline const char *file_of(const char *name) {
+    static char paths[64][600];
+    static int next;
+    char *path = paths[next++ % 64];
+    snprintf(path, sizeof paths[0], "%s", nph_test_temporary(name));
+    return path;
+}
+
 /* Starts it; arguments end with NULL, the program's name is put before them. */
 static inline pid_t program_start(const char *const *arguments) {
     const char *words[64] = {program_path()};
@@ -51,8 +60,8 @@ static inline pid_t program_start(const char *const *arguments) {
     ck_assert_int_ge(child, 0);
     if (child == 0) {
         if (!freopen("/dev/null", "r", stdin)) _exit(126);
-        program_redirect(nph_test_temporary("out.txt"), STDOUT_FILENO);
-        program_redirect(nph_test_temporary("err.txt"), STDERR_FILENO);
+        program_redirect(file_of("out.txt"), STDOUT_FILENO);
+        program_redirect(file_of("err.txt"), STDERR_FILENO);
         execv(words[0], (char *const *)words);
         _exit(127);
     }
@@ -64,8 +73,8 @@ static inline const Ran *program_finish(pid_t child) {
     int status = 0;
     ck_assert_int_eq(waitpid(child, &status, 0), child);
     ran.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    program_read(nph_test_temporary("out.txt"), ran.out);
-    program_read(nph_test_temporary("err.txt"), ran.err);
+    program_read(file_of("out.txt"), ran.out);
+    program_read(file_of("err.txt"), ran.err);
     return &ran;
 }
 

@@ -8,7 +8,7 @@
 START_TEST(an_array_is_told_with_range_mean_and_optical_depth) {
     NphContext *context = nph_test_context(1);
     NphArray array = {0};
-    const char *path = nph_test_temporary("array.npy");
+    const char *path = file_of("array.npy");
     ck_assert_int_eq(nph_array_new(context, NPH_F32, 3, (int64_t[]){2, 3, 4}, "array", &array), NPH_OK);
     for (int i = 0; i < 24; i++) ((float *)array.data)[i] = 0.5f;
     ck_assert_int_eq(nph_npy_write(context, path, &array), NPH_OK);
@@ -29,7 +29,7 @@ END_TEST
 START_TEST(values_that_are_no_densities_have_no_optical_depth) {
     NphContext *context = nph_test_context(1);
     NphArray array = {0};
-    const char *path = nph_test_temporary("signed.npy");
+    const char *path = file_of("signed.npy");
     ck_assert_int_eq(nph_array_new(context, NPH_F64, 3, (int64_t[]){2, 2, 2}, "array", &array), NPH_OK);
     ((double *)array.data)[5] = -3;
     ck_assert_int_eq(nph_npy_write(context, path, &array), NPH_OK);
@@ -46,7 +46,7 @@ START_TEST(a_picture_is_told_with_channels_and_attributes) {
     NphContext *context = nph_test_context(1);
     NphImage image;
     float *pixels = NULL;
-    const char *path = nph_test_temporary("picture.exr");
+    const char *path = file_of("picture.exr");
     ck_assert_int_eq(nph_image_new(context, 5, 4, &image), NPH_OK);
     ck_assert_int_eq(nph_image_add_channel(context, &image, "Depth.Z", &pixels), NPH_OK);
     for (int i = 0; i < 20; i++) pixels[i] = (float)i;
@@ -67,14 +67,14 @@ START_TEST(what_cannot_be_read_gives_a_message_and_no_half_truth) {
     static const char *const names[] = {"empty", "garbage", "text.npy", "short.exr"};
     static const char *const texts[] = {"", "\001\002\003 nothing known", "\x93NUMPY\001", "\x76\x2f\x31\x01\x02"};
     for (int i = 0; i < 4; i++) {
-        const char *path = nph_test_temporary(names[i]);
+        const char *path = file_of(names[i]);
         write_text(path, texts[i]);
         const Ran *run = RUN("info", path);
         ck_assert_msg(run->status == 4 && !*run->out && strstr(run->err, names[i]), "%s: status %d\n%s%s", names[i],
                       run->status, run->out, run->err);
     }
-    ck_assert_int_eq(RUN("info", nph_test_temporary("missing"))->status, 4);
-    ck_assert_int_eq(RUN("info", nph_test_temporary(""))->status, 4);
+    ck_assert_int_eq(RUN("info", file_of("missing"))->status, 4);
+    ck_assert_int_eq(RUN("info", file_of(""))->status, 4);
 }
 END_TEST
 

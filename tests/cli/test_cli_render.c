@@ -20,14 +20,14 @@ static const char scene_text[] = "nephos: 1\n"
                                  "render: {samples: 32}\n";
 
 static const char *scene(void) {
-    const char *path = nph_test_temporary("scene.yaml");
+    const char *path = file_of("scene.yaml");
     if (!exists(path)) write_text(path, scene_text);
     return path;
 }
 
 /* Renders with some more arguments to a file of the temporary folder. */
 static const char *picture(const char *name, const char *a, const char *b, const char *c, const char *d) {
-    const char *path = nph_test_temporary(name);
+    const char *path = file_of(name);
     const char *words[] = {"render", scene(), "--quiet", "-o", path, a, b, c, d, NULL};
     const Ran *run = program_run(words);
     ck_assert_msg(run->status == 0 && !*run->out && !*run->err, "%s: status %d\n%s%s", name, run->status, run->out, run->err);
@@ -38,8 +38,8 @@ START_TEST(any_number_of_threads_gives_the_same_file) {
     picture("t1.exr", "--threads", "1", NULL, NULL);
     static const char *const counts[] = {"2", "3", "7"};
     for (int i = 0; i < 3; i++)
-        ck_assert(same_files(nph_test_temporary("t1.exr"), picture("tn.exr", "--threads", counts[i], NULL, NULL)));
-    ck_assert_msg(!same_files(nph_test_temporary("t1.exr"), picture("seed.exr", "--seed", "9", NULL, NULL)),
+        ck_assert(same_files(file_of("t1.exr"), picture("tn.exr", "--threads", counts[i], NULL, NULL)));
+    ck_assert_msg(!same_files(file_of("t1.exr"), picture("seed.exr", "--seed", "9", NULL, NULL)),
                   "another seed gave the same file: the comparison sees nothing");
 }
 END_TEST
@@ -48,11 +48,11 @@ START_TEST(sample_ranges_merge_to_the_file_of_one_run) {
     picture("whole.exr", "--spp", "64", NULL, NULL);
     const char *first = picture("1.part", "--part", "--samples", "0:32", NULL);
     const char *second = picture("2.part", "--part", "--samples", "32:64", NULL);
-    const char *merged = nph_test_temporary("merged.exr");
+    const char *merged = file_of("merged.exr");
     RUN_EXPECT(0, "merge", second, first, "-o", merged);
-    ck_assert(same_files(nph_test_temporary("whole.exr"), merged));
-    RUN_EXPECT(4, "merge", first, first, "-o", nph_test_temporary("twice.exr"));
-    ck_assert(!exists(nph_test_temporary("twice.exr")));
+    ck_assert(same_files(file_of("whole.exr"), merged));
+    RUN_EXPECT(4, "merge", first, first, "-o", file_of("twice.exr"));
+    ck_assert(!exists(file_of("twice.exr")));
 }
 END_TEST
 
@@ -60,10 +60,10 @@ START_TEST(crops_merge_to_the_file_of_one_run) {
     picture("all.exr", NULL, NULL, NULL, NULL);
     const char *left = picture("left.part", "--part", "--crop", "0,0,19,24", NULL);
     const char *right = picture("right.part", "--part", "--crop", "19,0,40,24", NULL);
-    const char *merged = nph_test_temporary("crops.exr");
+    const char *merged = file_of("crops.exr");
     RUN_EXPECT(0, "merge", left, right, "-o", merged, "--png");
-    ck_assert(same_files(nph_test_temporary("all.exr"), merged));
-    ck_assert(exists(nph_test_temporary("crops.png")));
+    ck_assert(same_files(file_of("all.exr"), merged));
+    ck_assert(exists(file_of("crops.png")));
     RUN_EXPECT(4, "merge", left, picture("seed.part", "--part", "--crop=19,0,40,24", "--seed", "3"), "-o", merged);
 }
 END_TEST
@@ -80,19 +80,19 @@ START_TEST(a_picture_is_the_same_as_itself_and_different_from_a_brighter_one) {
     *strstr(bright, "irradiance: 3") = ' ';
     char *value = strstr(bright, "rradiance: 3");
     memcpy(value - 1, "irradiance: 6", 13);
-    const char *bright_scene = nph_test_temporary("bright.yaml"), *other = nph_test_temporary("bright.exr");
+    const char *bright_scene = file_of("bright.yaml"), *other = file_of("bright.exr");
     write_text(bright_scene, bright);
     RUN_EXPECT(0, "render", bright_scene, "-o", other, "--spp", "16", "--quiet");
-    run = RUN("compare", path, other, "--z-map", nph_test_temporary("z.exr"));
+    run = RUN("compare", path, other, "--z-map", file_of("z.exr"));
     ck_assert_int_eq(run->status, 1);
     ck_assert_ptr_nonnull(strstr(run->out, "verdict: different"));
-    RUN_EXPECT(0, "info", nph_test_temporary("z.exr"));
+    RUN_EXPECT(0, "info", file_of("z.exr"));
 }
 END_TEST
 
 START_TEST(info_reads_what_render_wrote) {
     const char *path = picture("info.exr", "--png", "--seed", "77", NULL);
-    ck_assert(exists(nph_test_temporary("info.png")));
+    ck_assert(exists(file_of("info.png")));
     const Ran *run = RUN("info", path, "--json");
     ck_assert_int_eq(run->status, 0);
     ck_assert_ptr_nonnull(strstr(run->out, "\"size\": [40, 24]"));
@@ -108,7 +108,7 @@ START_TEST(info_reads_what_render_wrote) {
 END_TEST
 
 START_TEST(statistics_go_to_their_own_file_and_never_into_the_picture) {
-    const char *stats = nph_test_temporary("stats.json");
+    const char *stats = file_of("stats.json");
     static char text[PROGRAM_OUTPUT];
     picture("stats.exr", "--stats", stats, "--threads", "2");
     program_read(stats, text);
@@ -116,10 +116,10 @@ START_TEST(statistics_go_to_their_own_file_and_never_into_the_picture) {
                                           "\"samples_per_pixel\": 32", "\"relative_error\""};
     for (size_t i = 0; i < sizeof members / sizeof *members; i++)
         ck_assert_msg(strstr(text, members[i]) != NULL, "no %s in\n%s", members[i], text);
-    const Ran *run = RUN("render", scene(), "-o", nph_test_temporary("json.exr"), "--json");
+    const Ran *run = RUN("render", scene(), "-o", file_of("json.exr"), "--json");
     ck_assert_int_eq(run->status, 0);
     ck_assert_int_eq(run->out[0], '{');
-    ck_assert(same_files(nph_test_temporary("stats.exr"), nph_test_temporary("json.exr")));
+    ck_assert(same_files(file_of("stats.exr"), file_of("json.exr")));
 }
 END_TEST
 
@@ -151,7 +151,7 @@ START_TEST(one_path_is_followed_event_by_event) {
 END_TEST
 
 START_TEST(a_bad_scene_is_named_by_line_and_leaves_no_file) {
-    const char *bad = nph_test_temporary("bad.yaml"), *out = nph_test_temporary("bad.exr");
+    const char *bad = file_of("bad.yaml"), *out = file_of("bad.exr");
     write_text(bad, "nephos: 1\ncamera: {type: perspective, resolution: [8, 8], position: [0, 0, 0], look_at: [0, 1, 0], "
                     "fov: 30}\nmedai: []\n");
     const Ran *run = RUN("render", bad, "-o", out, "--png");
@@ -159,8 +159,8 @@ START_TEST(a_bad_scene_is_named_by_line_and_leaves_no_file) {
     ck_assert_ptr_nonnull(strstr(run->err, "bad.yaml:3:1"));
     ck_assert_ptr_nonnull(strstr(run->err, "media"));
     ck_assert(!exists(out));
-    ck_assert(!exists(nph_test_temporary("bad.png")));
-    run = RUN("render", nph_test_temporary("none.yaml"), "-o", out);
+    ck_assert(!exists(file_of("bad.png")));
+    run = RUN("render", file_of("none.yaml"), "-o", out);
     ck_assert_msg(run->status == 3 || run->status == 4, "status %d\n%s", run->status, run->err);
     ck_assert_int_eq(RUN("plan", bad)->status, 3);
 }
@@ -168,29 +168,29 @@ END_TEST
 
 START_TEST(outputs_that_cannot_be_written_are_refused_before_the_work) {
     ck_assert_int_eq(RUN("render", scene(), "--spp", "1000000000", "-o", "/nowhere/at/all.exr")->status, 5);
-    ck_assert_int_eq(RUN("render", scene(), "--spp", "1000000000", "-o", nph_test_temporary("x.exr"), "--stats",
+    ck_assert_int_eq(RUN("render", scene(), "--spp", "1000000000", "-o", file_of("x.exr"), "--stats",
                          "/nowhere/s.json")->status, 5);
-    ck_assert(!exists(nph_test_temporary("x.exr")));
+    ck_assert(!exists(file_of("x.exr")));
 }
 END_TEST
 
 START_TEST(a_memory_limit_is_kept_to_by_refusing) {
-    const Ran *run = RUN("render", scene(), "--memory-limit", "20k", "-o", nph_test_temporary("m.exr"));
+    const Ran *run = RUN("render", scene(), "--memory-limit", "20k", "-o", file_of("m.exr"));
     ck_assert_msg(run->status == 6, "status %d\n%s", run->status, run->err);
-    ck_assert(!exists(nph_test_temporary("m.exr")));
+    ck_assert(!exists(file_of("m.exr")));
 }
 END_TEST
 
 START_TEST(an_unknown_knob_or_method_is_refused) {
-    ck_assert_int_eq(RUN("render", scene(), "-o", nph_test_temporary("k.exr"), "-D", "path.nothing=1")->status, 2);
-    ck_assert_int_eq(RUN("render", scene(), "-o", nph_test_temporary("k.exr"), "-Dpath")->status, 2);
-    ck_assert_int_eq(RUN("render", scene(), "-o", nph_test_temporary("k.exr"), "--method", "magic")->status, 2);
-    ck_assert(!exists(nph_test_temporary("k.exr")));
+    ck_assert_int_eq(RUN("render", scene(), "-o", file_of("k.exr"), "-D", "path.nothing=1")->status, 2);
+    ck_assert_int_eq(RUN("render", scene(), "-o", file_of("k.exr"), "-Dpath")->status, 2);
+    ck_assert_int_eq(RUN("render", scene(), "-o", file_of("k.exr"), "--method", "magic")->status, 2);
+    ck_assert(!exists(file_of("k.exr")));
 }
 END_TEST
 
 START_TEST(the_target_error_is_reached_with_a_power_of_two_of_samples) {
-    const Ran *run = RUN("render", scene(), "-o", nph_test_temporary("e.exr"), "--target-error", "0.01", "--json");
+    const Ran *run = RUN("render", scene(), "-o", file_of("e.exr"), "--target-error", "0.01", "--json");
     ck_assert_int_eq(run->status, 0);
     ck_assert_ptr_nonnull(strstr(run->out, "\"target_error_reached\": true"));
     const char *samples = strstr(run->out, "\"samples_per_pixel\": ");
@@ -198,12 +198,12 @@ START_TEST(the_target_error_is_reached_with_a_power_of_two_of_samples) {
     ck_assert_msg(count >= 16 && (count & (count - 1)) == 0, "%ld samples", count);
     char text[32];
     snprintf(text, sizeof text, "%ld", count);
-    ck_assert(same_files(nph_test_temporary("e.exr"), picture("n.exr", "--spp", text, NULL, NULL)));
+    ck_assert(same_files(file_of("e.exr"), picture("n.exr", "--spp", text, NULL, NULL)));
 }
 END_TEST
 
 START_TEST(an_interrupted_run_writes_a_whole_picture_and_exits_with_75) {
-    const char *out = nph_test_temporary("stopped.exr");
+    const char *out = file_of("stopped.exr");
     const Ran *run = NULL;
     /* a machine under load may take a while to the first samples; then it is tried again with more patience */
     for (int seconds = 1; seconds <= 32 && !exists(out); seconds *= 2) {
