@@ -45,7 +45,8 @@ static NphStatus refuse(NphContext *context, const char *what, size_t count, siz
     double wanted = (double)count * (double)size / 1048576.0;
     if (context->settings.memory_limit_bytes)
         return nph_error(context, NPH_NO_MEMORY, "out of memory: %s needs %.1f MiB (in use %.1f MiB, limit %.1f MiB)",
-                         what, wanted, mebibytes(nph_context_bytes(context)), mebibytes(context->settings.memory_limit_bytes));
+                         what, wanted, mebibytes(nph_context_bytes(context)),
+                         mebibytes(context->settings.memory_limit_bytes));
     return nph_error(context, NPH_NO_MEMORY, "out of memory: %s needs %.1f MiB (in use %.1f MiB)", what, wanted,
                      mebibytes(nph_context_bytes(context)));
 }

@@ -7,21 +7,22 @@
 #include <assert.h>
 #include <string.h>
 
-#include "nephos/context.h"
 #include "core/cpu.h"
 #include "core/memory.h"
 #include "core/message.h"
 #include "film/tree.h"
 #include "io/exr.h"
+#include "nephos/context.h"
 
 NPH_KERNEL_DECLARE(void, nph_film_chunk, (const void *samples, int channels, double *node));
 
 static NphStatus check_arguments(NphContext *context, int width, int height, const int crop[4], int channels) {
     if (width < 1 || height < 1 || width > NPH_FILM_MAX_SIZE || height > NPH_FILM_MAX_SIZE)
-        return nph_error(context, NPH_BAD_USAGE, "film: size %d x %d is not in 1 to %d", width, height, NPH_FILM_MAX_SIZE);
+        return nph_error(context, NPH_BAD_USAGE, "film: size %d x %d is not in 1 to %d", width, height,
+                         NPH_FILM_MAX_SIZE);
     if (crop[0] < 0 || crop[1] < 0 || crop[2] > width || crop[3] > height || crop[0] >= crop[2] || crop[1] >= crop[3])
-        return nph_error(context, NPH_BAD_USAGE, "film: crop %d,%d,%d,%d is empty or not inside %d x %d pixels", crop[0],
-                         crop[1], crop[2], crop[3], width, height);
+        return nph_error(context, NPH_BAD_USAGE, "film: crop %d,%d,%d,%d is empty or not inside %d x %d pixels",
+                         crop[0], crop[1], crop[2], crop[3], width, height);
     if (channels != 1 && channels != 3)
         return nph_error(context, NPH_BAD_USAGE, "film: %d channels; 1 or 3 are possible", channels);
     return NPH_OK;
@@ -140,7 +141,8 @@ NphStatus nph_film_set_text(NphContext *context, NphFilm *film, const char *name
                            ? nph_strdup(context, name, &added.name)
                            : nph_error(context, NPH_BAD_USAGE, "film: more than %d texts", NPH_FILM_MAX_TEXTS);
     if (status == NPH_OK)
-        status = nph_realloc(context, (size_t)film->text_count + 1, sizeof *film->texts, "film texts", (void **)&film->texts);
+        status = nph_realloc(context, (size_t)film->text_count + 1, sizeof *film->texts, "film texts",
+                             (void **)&film->texts);
     if (status != NPH_OK) {
         nph_free(context, added.name);
         nph_free(context, copy);
@@ -167,7 +169,8 @@ void nph_film_tile_rect(const NphFilm *film, int64_t tile, int origin[2], int in
 
 static int finite_sample(const NphFilm *film, int precision, const void *samples, int pixel, int sample) {
     for (int field = 0; field < NPH_SAMPLE_FIELDS; field++) {
-        int unread = field == NPH_SAMPLE_L1 || field == NPH_SAMPLE_L2 || field == NPH_SAMPLE_T1 || field == NPH_SAMPLE_T2;
+        int unread =
+            field == NPH_SAMPLE_L1 || field == NPH_SAMPLE_L2 || field == NPH_SAMPLE_T1 || field == NPH_SAMPLE_T2;
         if (film->channels == 1 && unread) continue;
         size_t at = ((size_t)field * NPH_TILE_PIXELS + (size_t)pixel) * NPH_CHUNK + (size_t)sample;
         double x = precision == 32 ? (double)((const float *)samples)[at] : ((const double *)samples)[at];

@@ -7,7 +7,8 @@
  * [16 i 2^l, 16 (i + 1) 2^l). Level 0 is a chunk: 16 samples added in a binary tree. A node of level l + 1 is
  * merge(left, right) of its halves (Chan, Pebay: count, mean, central moments 2 to 4). A range [a, b) is kept as its
  * maximal aligned nodes; the picture of it is their fold along the full tree with its empty branches left out (from the
- * right when a = 0). Equal samples have exactly their value as mean, and variance 0. Images are cut into tiles of 16 x 16 pixels aligned to the uncropped image. */
+ * right when a = 0). Equal samples have exactly their value as mean, and variance 0. Images are cut
+ * into tiles of 16 x 16 pixels aligned to the uncropped image. */
 #ifndef NPH_FILM_FILM_H
 #define NPH_FILM_FILM_H
 

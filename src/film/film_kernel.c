@@ -52,5 +52,6 @@ void NPH_KERNEL(nph_film_chunk)(const void *samples, int channels, double *node)
         reduce_moments(base + (NPH_SAMPLE_L0 + c) * plane, node + NPH_MOMENTS * c * NPH_TILE_PIXELS);
     double *out = node + nph_film_value_transmittance(channels) * NPH_TILE_PIXELS;
     for (int c = 0; c < channels; c++, out += NPH_TILE_PIXELS) reduce_mean(base + (NPH_SAMPLE_T0 + c) * plane, out);
-    for (int f = NPH_SAMPLE_ORDER; f < NPH_SAMPLE_FIELDS; f++, out += NPH_TILE_PIXELS) reduce_mean(base + f * plane, out);
+    for (int f = NPH_SAMPLE_ORDER; f < NPH_SAMPLE_FIELDS; f++, out += NPH_TILE_PIXELS)
+        reduce_mean(base + f * plane, out);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Parts back into one film. A part declares a box: its crop times its range of samples. The boxes must fill the smallest
- * box around them exactly, so that nothing is there twice and nothing is missing; an interrupted part, which has fewer
- * samples than it declares, may be the last of its pixels only.
+ * Parts back into one film. A part declares a box: its crop times its range of samples. The boxes must fill the
+ * smallest box around them exactly, so that nothing is there twice and nothing is missing; an interrupted part, which
+ * has fewer samples than it declares, may be the last of its pixels only.
  *
  * The nodes of a pixel's parts, put one behind the other with siblings merged, are the normal form of the whole range:
  * the bytes are those of a film that was never split. */
@@ -52,8 +52,9 @@ static int box_common(const Box *a, const Box *b, Box *common) {
 
 static NphStatus refuse_text(const Merge *merge, int i, const NphFilmText *text, const char *other) {
     if (!other)
-        return nph_error(merge->context, NPH_BAD_INPUT, "%s: its text \"%s\" is missing in %s; they are parts of different runs",
-                         merge->names[0], text->name, merge->names[i]);
+        return nph_error(merge->context, NPH_BAD_INPUT,
+                         "%s: its text \"%s\" is missing in %s; they are parts of different runs", merge->names[0],
+                         text->name, merge->names[i]);
     return nph_error(merge->context, NPH_BAD_INPUT,
                      "%s: its \"%s\" is \"%s\", but that of %s is \"%s\"; they are parts of different runs",
                      merge->names[0], text->name, text->text, merge->names[i], other);
@@ -192,8 +193,8 @@ static NphStatus check_pixel(const Merge *merge, int64_t tile, int x, int y, int
         if (own > 0 && part->chunk_begin != reached)
             return nph_error(merge->context, NPH_BAD_INPUT,
                              "%s: was interrupted: samples %lld:%lld of pixel %d,%d are missing before those of %s",
-                             merge->names[last], (long long)(reached * NPH_CHUNK), (long long)(part->chunk_begin * NPH_CHUNK),
-                             x, y, merge->names[merge->active[i]]);
+                             merge->names[last], (long long)(reached * NPH_CHUNK),
+                             (long long)(part->chunk_begin * NPH_CHUNK), x, y, merge->names[merge->active[i]]);
         if (own > 0) reached = part->chunk_begin + own;
         last = merge->active[i];
     }
@@ -212,11 +213,12 @@ static NphStatus check_tile(Merge *merge, int64_t tile, int64_t *chunks) {
             int64_t own = 0;
             NPH_TRY(check_pixel(merge, tile, x, y, &own));
             if (own != *chunks)
-                return nph_error(merge->context, NPH_BAD_INPUT,
-                                 "%s: was interrupted, or another part: pixel %d,%d has %lld samples, but %d,%d in the same "
-                                 "tile has %lld; finish it first",
-                                 merge->names[merge->active[0]], x, y, (long long)(own * NPH_CHUNK), inside[0], inside[1],
-                                 (long long)(*chunks * NPH_CHUNK));
+                return nph_error(
+                    merge->context, NPH_BAD_INPUT,
+                    "%s: was interrupted, or another part: pixel %d,%d has %lld samples, but %d,%d in the same "
+                    "tile has %lld; finish it first",
+                    merge->names[merge->active[0]], x, y, (long long)(own * NPH_CHUNK), inside[0], inside[1],
+                    (long long)(*chunks * NPH_CHUNK));
         }
     return NPH_OK;
 }
@@ -244,7 +246,8 @@ static void merge_last(Stack *stack) {
         left[NPH_MOMENTS * c + 2] = both.m3;
         left[NPH_MOMENTS * c + 3] = both.m4;
     }
-    for (int v = NPH_MOMENTS * stack->channels; v < stack->values; v++) left[v] = nph_join_mean(&join, left[v], right[v]);
+    for (int v = NPH_MOMENTS * stack->channels; v < stack->values; v++)
+        left[v] = nph_join_mean(&join, left[v], right[v]);
     stack->nodes[at - 1] = (NphNode){stack->nodes[at].level + 1, stack->nodes[at].index >> 1};
 }
 
@@ -296,7 +299,8 @@ static void merge_tile(Merge *merge, NphFilm *film, int64_t tile) {
 
 static NphStatus merge_into(Merge *merge, NphFilm *film) {
     for (int i = 0; i < merge->parts[0]->text_count; i++)
-        NPH_TRY(nph_film_set_text(merge->context, film, merge->parts[0]->texts[i].name, merge->parts[0]->texts[i].text));
+        NPH_TRY(
+            nph_film_set_text(merge->context, film, merge->parts[0]->texts[i].name, merge->parts[0]->texts[i].text));
     for (int64_t tile = 0; tile < film->tile_count; tile++) NPH_TRY(check_tile(merge, tile, &film->chunks[tile]));
     for (int64_t tile = 0; tile < film->tile_count; tile++) merge_tile(merge, film, tile);
     return NPH_OK;
@@ -327,7 +331,8 @@ static NphStatus run_merge(Merge *merge, NphFilm **film) {
     return NPH_OK;
 }
 
-NphStatus nph_film_merge(NphContext *context, int count, NphFilm *const *parts, const char *const *names, NphFilm **film) {
+NphStatus nph_film_merge(NphContext *context, int count, NphFilm *const *parts, const char *const *names,
+                         NphFilm **film) {
     Merge merge = {.context = context, .count = count, .parts = parts, .names = names};
     NphFloatState state;
     if (count < 1) return nph_error(context, NPH_BAD_USAGE, "merge: no parts given");

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Reading a part file. Nothing in it is trusted: every size is checked against the file's before anything is allocated,
- * then the digest, then every field against the ones it must agree with. A film read holds room for the nodes it has. */
+ * Reading a part file. Nothing in it is trusted: every size is checked against the file's before anything is
+ * allocated, then the digest, then every field against the ones it must agree with. A film that was read has room for
+ * the nodes it has: it can be shown, written and merged, not added to. */
 #include <string.h>
 #include <xxhash.h>
 
@@ -87,7 +88,8 @@ static NphStatus check_tile(const Input *in, int64_t tile, uint64_t at) {
     int origin[2], inside[4];
     nph_film_tile_rect(film, tile, origin, inside);
     int64_t chunks = get_up_to(in, at, 8, film->chunk_end - film->chunk_begin);
-    if (chunks > film->chunk_end - film->chunk_begin) return bad(in, at, "a tile has more samples than the part's range");
+    if (chunks > film->chunk_end - film->chunk_begin)
+        return bad(in, at, "a tile has more samples than the part's range");
     int64_t samples = chunks * NPH_CHUNK, all = samples * (inside[2] - inside[0]) * (inside[3] - inside[1]);
     int64_t count = get_up_to(in, at + 8, 8, all), first = film->chunk_begin * NPH_CHUNK;
     if (count > all) return bad(in, at + 8, "a tile has more samples that are not finite than samples");
@@ -108,10 +110,12 @@ static NphStatus check_tiles(Input *in) {
         uint64_t entry = in->tiles_at + (uint64_t)tile * NPH_PART_TILE_BYTES;
         NPH_TRY(check_tile(in, tile, entry));
         NphNode nodes[NPH_MAX_NODES];
-        int origin[2], inside[4], count = nph_tree_nodes(film->chunk_begin, film->chunk_begin + (int64_t)get(in, entry, 8), nodes);
+        int origin[2], inside[4],
+            count = nph_tree_nodes(film->chunk_begin, film->chunk_begin + (int64_t)get(in, entry, 8), nodes);
         nph_film_tile_rect(film, tile, origin, inside);
         if (count > film->slots) film->slots = count;
-        at += 8 * (uint64_t)count * (uint64_t)film->values * (uint64_t)((inside[2] - inside[0]) * (inside[3] - inside[1]));
+        at += 8 * (uint64_t)count * (uint64_t)film->values *
+              (uint64_t)((inside[2] - inside[0]) * (inside[3] - inside[1]));
         if (at > in->digest_at) return bad(in, entry, "from this tile on, the nodes are larger than the file");
     }
     return at == in->digest_at ? NPH_OK : bad(in, at, "bytes between the last node and the digest");
@@ -147,9 +151,10 @@ static NphStatus read_text(const Input *in, uint64_t *at, NphFilm *film) {
     NPH_TRY(NPH_NEW(in->context, name_bytes + text_bytes + 2, "text", &copy));
     memcpy(copy, name, (size_t)name_bytes);
     memcpy(copy + name_bytes + 1, text, (size_t)text_bytes);
-    NphStatus status = nph_film_text(film, copy) ? NPH_BAD_USAGE
-                                                 : nph_film_set_text(in->context, film, copy, copy + name_bytes + 1);
-    if (status == NPH_BAD_USAGE) status = bad(in, *at, "a text whose name occurs twice, or that cannot stand in a film");
+    NphStatus status =
+        nph_film_text(film, copy) ? NPH_BAD_USAGE : nph_film_set_text(in->context, film, copy, copy + name_bytes + 1);
+    if (status == NPH_BAD_USAGE)
+        status = bad(in, *at, "a text whose name occurs twice, or that cannot stand in a film");
     nph_free(in->context, copy);
     *at = begin + name_bytes + text_bytes;
     return status;

@@ -73,8 +73,10 @@ static void put_header(Output *out, const NphFilm *film) {
     put(out, (uint64_t)(film->chunk_end * NPH_CHUNK), 8);
     put(out, texts, 8);
     put(out, (uint64_t)film->tile_count, 8);
-    put(out, NPH_PART_HEADER_BYTES + texts + (uint64_t)film->tile_count * NPH_PART_TILE_BYTES + payload_bytes(film) +
-                 NPH_PART_DIGEST_BYTES, 8);
+    put(out,
+        NPH_PART_HEADER_BYTES + texts + (uint64_t)film->tile_count * NPH_PART_TILE_BYTES + payload_bytes(film) +
+            NPH_PART_DIGEST_BYTES,
+        8);
 }
 
 static void put_texts(Output *out, const NphFilm *film) {

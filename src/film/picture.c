@@ -2,7 +2,8 @@
  *
  * From moments to the layers of a picture (docs/files.md).
  *
- * Variance of the mean: M2 / (n (n - 1)). Its relative variance: Var(s^2) / sigma^4 = (mu4 / sigma^4 - (n-3)/(n-1)) / n,
+ * Variance of the mean: M2 / (n (n - 1)). Its relative variance is that of the sample variance s^2,
+ *   Var(s^2) / sigma^4 = (mu4 / sigma^4 - (n - 3) / (n - 1)) / n,
  * exact for independent samples of any distribution, with the sample's own mu4 = M4 / n and sigma^2 = M2 / n put in:
  *   Vov = M4 / M2^2 - (n - 3) / (n (n - 1)),
  * which tends to 2 / n for a normal distribution and 8 / n for an exponential one; 0 where the variance is 0. */
@@ -98,7 +99,8 @@ static NphStatus add_layers(NphContext *context, NphImage *image, Planes *planes
     for (int c = 0; c < 3; c++) NPH_TRY(nph_image_add_channel(context, image, variance[c], &planes->variance[c]));
     for (int c = 0; c < 3; c++) NPH_TRY(nph_image_add_channel(context, image, vov[c], &planes->vov[c]));
     NPH_TRY(nph_image_add_channel(context, image, "N", &planes->samples));
-    for (int c = 0; c < 3; c++) NPH_TRY(nph_image_add_channel(context, image, transmittance[c], &planes->transmittance[c]));
+    for (int c = 0; c < 3; c++)
+        NPH_TRY(nph_image_add_channel(context, image, transmittance[c], &planes->transmittance[c]));
     NPH_TRY(nph_image_add_channel(context, image, "Order.Y", &planes->order));
     return nph_image_add_channel(context, image, "Z", &planes->depth);
 }
@@ -108,8 +110,7 @@ static NphStatus add_attributes(NphContext *context, const NphFilm *film, NphIma
         NPH_TRY(nph_image_set_text(context, image, film->texts[i].name, film->texts[i].text));
     int64_t least, most;
     nph_film_samples_range(film, &least, &most);
-    if (least != most)
-        NPH_TRY(nph_image_set_number(context, image, "samples_least", NPH_ATTRIBUTE_INT, (double)least));
+    if (least != most) NPH_TRY(nph_image_set_number(context, image, "samples_least", NPH_ATTRIBUTE_INT, (double)least));
     return nph_image_set_number(context, image, "samples", NPH_ATTRIBUTE_INT, (double)most);
 }
 
@@ -137,8 +138,8 @@ static NphStatus fill_image(NphContext *context, const NphFilm *film, NphImage *
     write_tiles(film, values, &planes, &clamped);
     nph_free(context, values);
     if (clamped)
-        nph_warn(context, "picture: %lld values beyond +-%g, the largest of a float, are written as that", (long long)clamped,
-                 (double)FLT_MAX);
+        nph_warn(context, "picture: %lld values beyond +-%g, the largest of a float, are written as that",
+                 (long long)clamped, (double)FLT_MAX);
     return NPH_OK;
 }
 

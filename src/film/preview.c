@@ -50,8 +50,10 @@ static uint8_t quantise(const double thresholds[255], double x) {
     int low = 0, high = 255;
     while (low < high) {
         int middle = (low + high) / 2;
-        if (thresholds[middle] <= x) low = middle + 1;
-        else high = middle;
+        if (thresholds[middle] <= x)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return (uint8_t)low;
 }
@@ -139,7 +141,8 @@ static NphStatus preview(NphContext *context, const NphFilm *film, double exposu
 NphStatus nph_film_preview(NphContext *context, const NphFilm *film, double exposure_stops, uint8_t *rgb, int *width,
                            int *height) {
     if (exposure_stops < -most_stops || exposure_stops > most_stops)
-        return nph_error(context, NPH_BAD_USAGE, "preview: an exposure of %g stops is not in -100 to 100", exposure_stops);
+        return nph_error(context, NPH_BAD_USAGE, "preview: an exposure of %g stops is not in -100 to 100",
+                         exposure_stops);
     if (rgb) {
         NphFloatState state;
         nph_float_state_enter(&state);

@@ -28,7 +28,8 @@ static int bits_set(int64_t x) {
 }
 
 /* The normal form of [begin, m) splits at p, its point with most trailing zeros, into bits_set(p - begin) rising nodes
- * and bits_set(m - p) falling ones, and m - p < 2^(level of p) (any m when p = 0). The most bits up to x has 2^k - 1. */
+ * and bits_set(m - p) falling ones, and m - p < 2^(level of p) (any m when p = 0). Of the numbers up to x, the largest
+ * 2^k - 1 has the most bits. */
 int nph_tree_slots(int64_t begin, int64_t end) {
     int most = 0;
     for (int level = 0; level < 62; level++) {
@@ -91,7 +92,8 @@ static int find_split(const NphNode *nodes, int length) {
 }
 
 /* Folds `count` planes beginning at `value` into out; spare has the same room. */
-static void fold(const NphFilm *film, int64_t tile, int value, int count, MergePlanes merge, double *out, double *spare) {
+static void fold(const NphFilm *film, int64_t tile, int value, int count, MergePlanes merge, double *out,
+                 double *spare) {
     NphNode nodes[NPH_MAX_NODES];
     size_t bytes = (size_t)count * NPH_TILE_PIXELS * sizeof(double), at = (size_t)value * NPH_TILE_PIXELS;
     int length = nph_film_tile_nodes(film, tile, nodes), split;
@@ -103,16 +105,20 @@ static void fold(const NphFilm *film, int64_t tile, int value, int count, MergeP
     for (int i = 0; i < split; i++) {
         const double *node = nph_film_node(film, tile, i) + at;
         NphJoin join = nph_join_of(rising.samples, nph_node_samples(nodes[i]));
-        if (i == 0) memcpy(rising.planes, node, bytes);
-        else merge(&join, rising.planes, node, rising.planes);
+        if (i == 0)
+            memcpy(rising.planes, node, bytes);
+        else
+            merge(&join, rising.planes, node, rising.planes);
         rising.samples += nph_node_samples(nodes[i]);
     }
     if (split == 0) falling.planes = out;
     for (int i = length - 1; i >= split; i--) {
         const double *node = nph_film_node(film, tile, i) + at;
         NphJoin join = nph_join_of(nph_node_samples(nodes[i]), falling.samples);
-        if (i == length - 1) memcpy(falling.planes, node, bytes);
-        else merge(&join, node, falling.planes, falling.planes);
+        if (i == length - 1)
+            memcpy(falling.planes, node, bytes);
+        else
+            merge(&join, node, falling.planes, falling.planes);
         falling.samples += nph_node_samples(nodes[i]);
     }
     if (split == 0 || split == length) return;

@@ -37,10 +37,10 @@ struct NphFilm {
     int width, height, crop[4], channels, values;
     int tile_x0, tile_y0, tiles_x, tiles_y; /* in tiles of the uncropped image */
     int64_t tile_count, chunk_begin, chunk_end;
-    int slots;              /* nodes that a tile has room for */
-    int64_t *chunks;        /* per tile: chunks so far */
+    int slots;               /* nodes that a tile has room for */
+    int64_t *chunks;         /* per tile: chunks so far */
     NphNonfinite *nonfinite; /* per tile */
-    double *nodes;          /* [tile][slot][value][pixel] */
+    double *nodes;           /* [tile][slot][value][pixel] */
     int text_count;
     NphFilmText *texts;
     NphChunkFn chunk_f32, chunk_f64;
@@ -64,7 +64,7 @@ static inline int nph_film_tile_nodes(const NphFilm *film, int64_t tile, NphNode
 void nph_tree_merge(const double *left, int64_t left_samples, const double *right, int64_t right_samples, int channels,
                     double *out);
 
-/* All samples of a tile: a channel's four moments (mean, M2, M3, M4), or the mean of one value. Zeros without samples. */
+/* All samples of a tile: a channel's four moments (mean, M2, M3, M4), or the mean of one value. 0 without samples. */
 void nph_tree_fold_moments(const NphFilm *film, int64_t tile, int channel, double out[NPH_MOMENTS][NPH_TILE_PIXELS]);
 void nph_tree_fold_mean(const NphFilm *film, int64_t tile, int value, double out[NPH_TILE_PIXELS]);
 

@@ -45,8 +45,17 @@ END_TEST
 
 START_TEST(products_that_overflow_are_refused_by_name_and_leave_everything_as_it_was) {
     static const size_t cases[][2] = {
-        {SIZE_MAX, 1}, {1, SIZE_MAX}, {SIZE_MAX, SIZE_MAX}, {SIZE_MAX / 2 + 1, 2}, {SIZE_MAX / 8 + 1, 8}, {SIZE_MAX / 8 + 2, 8},
-        {(size_t)1 << 32, (size_t)1 << 32}, {((size_t)1 << 61) + 1, 8}, {SIZE_MAX - 63, 1}, {SIZE_MAX / 2, 1}, {SIZE_MAX / 2 - 63, 1},
+        {SIZE_MAX, 1},
+        {1, SIZE_MAX},
+        {SIZE_MAX, SIZE_MAX},
+        {SIZE_MAX / 2 + 1, 2},
+        {SIZE_MAX / 8 + 1, 8},
+        {SIZE_MAX / 8 + 2, 8},
+        {(size_t)1 << 32, (size_t)1 << 32},
+        {((size_t)1 << 61) + 1, 8},
+        {SIZE_MAX - 63, 1},
+        {SIZE_MAX / 2, 1},
+        {SIZE_MAX / 2 - 63, 1},
     };
     NphContext *context = nph_test_context(1);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -103,7 +112,8 @@ START_TEST(the_limit_can_be_filled_to_the_byte_and_not_beyond) {
     ck_assert_int_eq(NPH_NEW(context, 0, "none", &none), NPH_OK);
     ck_assert_uint_eq(nph_context_peak_bytes(context), 1 << 20);
     nph_free(context, half);
-    ck_assert_int_eq(nph_realloc(context, (1 << 19) + 1, 1, "rest", (void **)&rest), NPH_NO_MEMORY); /* both stand meanwhile */
+    ck_assert_int_eq(nph_realloc(context, (1 << 19) + 1, 1, "rest", (void **)&rest),
+                     NPH_NO_MEMORY); /* both stand meanwhile */
     ck_assert_int_eq(nph_realloc(context, 1 << 19, 1, "rest", (void **)&rest), NPH_OK);
     nph_free(context, rest);
     nph_free(context, none);
@@ -126,8 +136,10 @@ static NphStatus churn(void *data, int64_t block, int worker) {
         if (*slot && (*slot)[0] != (unsigned char)block) return NPH_BAD_NUMBER;
         nph_free(job->context, *slot);
         *slot = NULL;
-        if (NPH_NEW(job->context, size, "churn", slot) == NPH_OK) memset(*slot, (int)block, size);
-        else job->refused[block]++;
+        if (NPH_NEW(job->context, size, "churn", slot) == NPH_OK)
+            memset(*slot, (int)block, size);
+        else
+            job->refused[block]++;
     }
     for (int i = 0; i < 8; i++) nph_free(job->context, held[i]);
     return NPH_OK;
@@ -165,8 +177,10 @@ START_TEST(each_chosen_call_fails_and_only_that_one) {
         for (uint64_t call = 2; call <= 4; call++)
             ck_assert_int_eq(nph_realloc(context, 10 * call, 1, "a", &held), chosen == call ? NPH_NO_MEMORY : NPH_OK);
         ck_assert_int_eq(nph_strdup(context, "text", &copy), chosen == 5 ? NPH_NO_MEMORY : NPH_OK);
-        if (copy) ck_assert_str_eq(copy, "text");
-        else ck_assert_uint_eq(chosen, 5);
+        if (copy)
+            ck_assert_str_eq(copy, "text");
+        else
+            ck_assert_uint_eq(chosen, 5);
         nph_free(context, copy);
         nph_free(context, held);
         nph_test_context_close(context);

@@ -125,11 +125,15 @@ END_TEST
 static void ask_back(void *user, NphMessageLevel level, const char *text) {
     (void)level;
     NphContext *context = *(NphContext **)user;
-    if (context) snprintf((char *)user + sizeof context, 32, "%s %llu", text, (unsigned long long)nph_context_bytes(context));
+    if (context)
+        snprintf((char *)user + sizeof context, 32, "%s %llu", text, (unsigned long long)nph_context_bytes(context));
 }
 
 START_TEST(a_message_callback_may_ask_for_the_memory_in_use) {
-    struct { NphContext *context; char text[32]; } user = {NULL, ""};
+    struct {
+        NphContext *context;
+        char text[32];
+    } user = {NULL, ""};
     NphSettings settings;
     nph_settings_default(&settings);
     settings.threads = 1;
@@ -155,7 +159,8 @@ START_TEST(a_message_too_long_is_cut_between_characters) {
             const char *said = nph_test_messages();
             size_t kept = strlen(said) - 1; /* without the newline */
             ck_assert_mem_eq(said, text, kept);
-            ck_assert_msg((kept - (size_t)shift) % length == 0 && kept > 2047 - 4, "%zu bytes, letters of %zu", kept, length);
+            ck_assert_msg((kept - (size_t)shift) % length == 0 && kept > 2047 - 4, "%zu bytes, letters of %zu", kept,
+                          length);
             nph_test_context_close(context);
         }
 }

@@ -31,22 +31,27 @@ static inline double plain_sample(int x, int y, int64_t sample, int field) {
     double u = hash_uniform((uint64_t)x * 65536 + (uint64_t)y, (uint64_t)sample, (uint64_t)field);
     if (field == NPH_SAMPLE_COLLIDED) return u < 0.7;
     if (field == NPH_SAMPLE_DISTANCE)
-        return hash_uniform((uint64_t)x * 65536 + (uint64_t)y, (uint64_t)sample, NPH_SAMPLE_COLLIDED) < 0.7 ? 100 * u : 0;
+        return hash_uniform((uint64_t)x * 65536 + (uint64_t)y, (uint64_t)sample, NPH_SAMPLE_COLLIDED) < 0.7 ? 100 * u
+                                                                                                            : 0;
     return field <= NPH_SAMPLE_L2 ? u * u * u / (1.0000001 - u) : u;
 }
 
 /* The chunk of a tile as float or double; everything outside the crop is garbage. Static buffers are the caller's. */
-static inline void fill_chunk(const NphFilm *film, int64_t tile, int64_t chunk, int precision, SampleFn value, void *samples) {
+static inline void fill_chunk(const NphFilm *film, int64_t tile, int64_t chunk, int precision, SampleFn value,
+                              void *samples) {
     int origin[2], inside[4];
     nph_film_tile_rect(film, tile, origin, inside);
     for (int field = 0; field < NPH_SAMPLE_FIELDS; field++)
         for (int p = 0; p < NPH_TILE_PIXELS; p++)
             for (int i = 0; i < NPH_CHUNK; i++) {
-                int x = origin[0] + p % NPH_TILE, y = origin[1] + p / NPH_TILE, at = (field * NPH_TILE_PIXELS + p) * NPH_CHUNK + i;
+                int x = origin[0] + p % NPH_TILE, y = origin[1] + p / NPH_TILE,
+                    at = (field * NPH_TILE_PIXELS + p) * NPH_CHUNK + i;
                 int in = x >= inside[0] && x < inside[2] && y >= inside[1] && y < inside[3];
                 double v = in ? value(x, y, chunk * NPH_CHUNK + i, field) : -1e9 - at;
-                if (precision == 32) ((float *)samples)[at] = (float)v;
-                else ((double *)samples)[at] = v;
+                if (precision == 32)
+                    ((float *)samples)[at] = (float)v;
+                else
+                    ((double *)samples)[at] = v;
             }
 }
 
@@ -71,7 +76,9 @@ typedef struct Shape {
 
 static inline NphFilm *empty_film(NphContext *context, const Shape *shape) {
     NphFilm *film = NULL;
-    ck_assert_int_eq(nph_film_new(context, shape->width, shape->height, shape->crop, shape->channels, shape->begin, shape->end, &film), NPH_OK);
+    ck_assert_int_eq(nph_film_new(context, shape->width, shape->height, shape->crop, shape->channels, shape->begin,
+                                  shape->end, &film),
+                     NPH_OK);
     return film;
 }
 
@@ -87,7 +94,8 @@ static inline int same_double(double a, double b) { return a != a ? b != b : mem
 static inline int tiles_equal(const NphFilm *a, const NphFilm *b, int64_t tile) {
     NphNode nodes[NPH_MAX_NODES];
     const NphNonfinite *p = &a->nonfinite[tile], *q = &b->nonfinite[tile];
-    if (a->chunks[tile] != b->chunks[tile] || p->count != q->count || p->x != q->x || p->y != q->y || p->sample != q->sample)
+    if (a->chunks[tile] != b->chunks[tile] || p->count != q->count || p->x != q->x || p->y != q->y ||
+        p->sample != q->sample)
         return 0;
     int origin[2], inside[4], planes = nph_film_tile_nodes(a, tile, nodes) * a->values;
     nph_film_tile_rect(a, tile, origin, inside);
@@ -102,8 +110,9 @@ static inline int tiles_equal(const NphFilm *a, const NphFilm *b, int64_t tile) 
 
 /* The same shape and bit for bit the same nodes and reports, inside the crop. */
 static inline int films_equal(const NphFilm *a, const NphFilm *b) {
-    if (a->width != b->width || a->height != b->height || memcmp(a->crop, b->crop, sizeof a->crop) || a->channels != b->channels ||
-        a->chunk_begin != b->chunk_begin || a->chunk_end != b->chunk_end || a->tile_count != b->tile_count)
+    if (a->width != b->width || a->height != b->height || memcmp(a->crop, b->crop, sizeof a->crop) ||
+        a->channels != b->channels || a->chunk_begin != b->chunk_begin || a->chunk_end != b->chunk_end ||
+        a->tile_count != b->tile_count)
         return 0;
     for (int64_t tile = 0; tile < a->tile_count; tile++)
         if (!tiles_equal(a, b, tile)) return 0;
@@ -111,7 +120,8 @@ static inline int films_equal(const NphFilm *a, const NphFilm *b) {
 }
 
 /* The moments of a pixel's samples in long double. */
-static inline void exact_moments(int x, int y, int field, int64_t begin, int64_t end, int precision, SampleFn value, long double out[4]) {
+static inline void exact_moments(int x, int y, int field, int64_t begin, int64_t end, int precision, SampleFn value,
+                                 long double out[4]) {
     long double n = (long double)(end - begin), sum = 0;
     for (int64_t s = begin; s < end; s++) sum += precision == 32 ? (float)value(x, y, s, field) : value(x, y, s, field);
     memset(out, 0, 4 * sizeof *out);

@@ -10,7 +10,10 @@
 static double furnace_value;
 static double furnace_sample(int x, int y, int64_t sample, int field) {
     (void)x, (void)y, (void)sample;
-    return field <= NPH_SAMPLE_L2 ? furnace_value : field <= NPH_SAMPLE_T2 ? 1 : field == NPH_SAMPLE_ORDER ? 3 * furnace_value : 0;
+    return field <= NPH_SAMPLE_L2      ? furnace_value
+           : field <= NPH_SAMPLE_T2    ? 1
+           : field == NPH_SAMPLE_ORDER ? 3 * furnace_value
+                                       : 0;
 }
 
 START_TEST(equal_samples_have_exactly_their_value_and_no_variance) {
@@ -44,7 +47,7 @@ static double scaled_sample(int x, int y, int64_t sample, int field) {
     return field <= NPH_SAMPLE_L2 ? plain * scale_of_samples : plain;
 }
 
-/* Rounding: each of the n samples adds a few times 2^-53 of the sum of |x - mean|^k, whose terms are all below its sum. */
+/* Rounding: each sample adds a few times 2^-53 of the sum of |x - mean|^k, whose terms are all below it. */
 static void check_moments(const NphFilm *film, int64_t begin, int64_t end, int precision) {
     for (int c = 0; c < film->channels; c++) {
         double moments[NPH_MOMENTS][NPH_TILE_PIXELS];
@@ -79,7 +82,11 @@ START_TEST(moments_are_those_of_the_samples_from_1e_minus_30_to_1e30) {
 END_TEST
 
 /* One sample of NAN or infinity in one field of one pixel. */
-static struct { int x, y, field; int64_t sample; double value; } spoiler;
+static struct {
+    int x, y, field;
+    int64_t sample;
+    double value;
+} spoiler;
 static double spoiled_sample(int x, int y, int64_t sample, int field) {
     int here = x == spoiler.x && y == spoiler.y && sample == spoiler.sample && field == spoiler.field;
     return here ? spoiler.value : plain_sample(x, y, sample, field);
@@ -107,8 +114,10 @@ START_TEST(a_sample_that_is_not_finite_is_counted_named_and_poisons_its_pixel_al
                 nph_tree_fold_mean(clean, tile, plane, same);
                 for (int p = 0; p < NPH_TILE_PIXELS; p++) {
                     int here = tile == 1 && p == 4 * NPH_TILE + 1;
-                    if (here) ck_assert(!isfinite(poisoned[p]));
-                    else if (v != 1) ck_assert(poisoned[p] == same[p]);
+                    if (here)
+                        ck_assert(!isfinite(poisoned[p]));
+                    else if (v != 1)
+                        ck_assert(poisoned[p] == same[p]);
                 }
             }
             nph_film_free(context, film);
@@ -119,7 +128,8 @@ START_TEST(a_sample_that_is_not_finite_is_counted_named_and_poisons_its_pixel_al
 END_TEST
 
 static double often_bad_sample(int x, int y, int64_t sample, int field) {
-    int bad = (x == 5 && y == 3 && sample >= 20 && field <= 1) || (x == 18 && y == 1 && sample % 16 == 9 && field == NPH_SAMPLE_ORDER);
+    int bad = (x == 5 && y == 3 && sample >= 20 && field <= 1) ||
+              (x == 18 && y == 1 && sample % 16 == 9 && field == NPH_SAMPLE_ORDER);
     return bad ? (double)NAN : plain_sample(x, y, sample, field);
 }
 
@@ -149,7 +159,8 @@ static double grey_spoiled_sample(int x, int y, int64_t sample, int field) {
 START_TEST(one_channel_leaves_the_fields_of_the_others_unread) {
     NphContext *context = nph_test_context(1);
     Shape shape = {5, 5, {0, 0, 5, 5}, 1, 0, 32};
-    NphFilm *film = full_film(context, &shape, 32, grey_bad_sample), *clean = full_film(context, &shape, 32, plain_sample);
+    NphFilm *film = full_film(context, &shape, 32, grey_bad_sample),
+            *clean = full_film(context, &shape, 32, plain_sample);
     ck_assert(films_equal(film, clean));
     nph_film_free(context, film);
     nph_film_free(context, clean);
@@ -231,7 +242,8 @@ START_TEST(adding_chunks_allocates_nothing_and_the_forecast_is_exact) {
         ck_assert_uint_eq(bytes - before, forecast);
         for (int64_t tile = 0; tile < film->tile_count; tile++) add_samples(film, tile, shape.end, 64, plain_sample);
         ck_assert_uint_eq(nph_context_allocations(context), calls);
-        for (int64_t tile = 0; tile < film->tile_count; tile++) ck_assert_int_eq(nph_film_tile_samples(film, tile), 16 * 37);
+        for (int64_t tile = 0; tile < film->tile_count; tile++)
+            ck_assert_int_eq(nph_film_tile_samples(film, tile), 16 * 37);
         nph_film_free(context, film);
     }
     nph_test_context_close(context);
@@ -248,7 +260,8 @@ START_TEST(tiles_cover_the_crop_once_aligned_to_the_whole_picture) {
         int origin[2], inside[4];
         nph_film_tile_rect(film, tile, origin, inside);
         ck_assert(origin[0] % 16 == 0 && origin[1] % 16 == 0);
-        ck_assert(inside[0] >= origin[0] && inside[2] <= origin[0] + 16 && inside[1] >= origin[1] && inside[3] <= origin[1] + 16);
+        ck_assert(inside[0] >= origin[0] && inside[2] <= origin[0] + 16 && inside[1] >= origin[1] &&
+                  inside[3] <= origin[1] + 16);
         for (int y = inside[1]; y < inside[3]; y++)
             for (int x = inside[0]; x < inside[2]; x++) seen[y][x]++;
     }
@@ -260,20 +273,30 @@ START_TEST(tiles_cover_the_crop_once_aligned_to_the_whole_picture) {
 END_TEST
 
 START_TEST(impossible_films_are_refused_with_the_reason) {
-    static const struct { Shape shape; const char *word; } cases[] = {
-        {{0, 4, {0, 0, 0, 4}, 1, 0, 16}, "size"},           {{4, -4, {0, 0, 4, 4}, 1, 0, 16}, "size"},
-        {{1 << 25, 1, {0, 0, 1, 1}, 1, 0, 16}, "size"},     {{4, 4, {0, 0, 5, 4}, 1, 0, 16}, "crop"},
-        {{4, 4, {2, 0, 2, 4}, 1, 0, 16}, "crop"},           {{4, 4, {-1, 0, 2, 4}, 1, 0, 16}, "crop"},
-        {{4, 4, {0, 3, 2, 2}, 1, 0, 16}, "crop"},           {{4, 4, {0, 0, 4, 4}, 2, 0, 16}, "channels"},
-        {{4, 4, {0, 0, 4, 4}, 1, 8, 16}, "multiples"},      {{4, 4, {0, 0, 4, 4}, 1, 0, 17}, "multiples"},
-        {{4, 4, {0, 0, 4, 4}, 1, 16, 16}, "rising"},        {{4, 4, {0, 0, 4, 4}, 1, -16, 16}, "rising"},
+    static const struct {
+        Shape shape;
+        const char *word;
+    } cases[] = {
+        {{0, 4, {0, 0, 0, 4}, 1, 0, 16}, "size"},
+        {{4, -4, {0, 0, 4, 4}, 1, 0, 16}, "size"},
+        {{1 << 25, 1, {0, 0, 1, 1}, 1, 0, 16}, "size"},
+        {{4, 4, {0, 0, 5, 4}, 1, 0, 16}, "crop"},
+        {{4, 4, {2, 0, 2, 4}, 1, 0, 16}, "crop"},
+        {{4, 4, {-1, 0, 2, 4}, 1, 0, 16}, "crop"},
+        {{4, 4, {0, 3, 2, 2}, 1, 0, 16}, "crop"},
+        {{4, 4, {0, 0, 4, 4}, 2, 0, 16}, "channels"},
+        {{4, 4, {0, 0, 4, 4}, 1, 8, 16}, "multiples"},
+        {{4, 4, {0, 0, 4, 4}, 1, 0, 17}, "multiples"},
+        {{4, 4, {0, 0, 4, 4}, 1, 16, 16}, "rising"},
+        {{4, 4, {0, 0, 4, 4}, 1, -16, 16}, "rising"},
         {{4, 4, {0, 0, 4, 4}, 1, 0, (int64_t)1 << 40}, "2147483632"},
     };
     NphContext *context = nph_test_context(1);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const Shape *s = &cases[i].shape;
         NphFilm *film = NULL;
-        ck_assert_int_eq(nph_film_new(context, s->width, s->height, s->crop, s->channels, s->begin, s->end, &film), NPH_BAD_USAGE);
+        ck_assert_int_eq(nph_film_new(context, s->width, s->height, s->crop, s->channels, s->begin, s->end, &film),
+                         NPH_BAD_USAGE);
         ck_assert_ptr_null(film);
         const char *said = nph_test_messages();
         ck_assert_msg(strstr(said, cases[i].word) != NULL, "case %d said: %s", (int)i, said);

@@ -15,7 +15,8 @@ static NphFilm *part_of(NphContext *context, const Shape *whole, const int crop[
     return full_film(context, &shape, 32, plain_sample);
 }
 
-static const char *const names[16] = {"p0", "p1", "p2", "p3", "p4", "p5", "p6", "p7", "p8", "p9", "pa", "pb", "pc", "pd", "pe", "pf"};
+static const char *const names[16] = {"p0", "p1", "p2", "p3", "p4", "p5", "p6", "p7",
+                                      "p8", "p9", "pa", "pb", "pc", "pd", "pe", "pf"};
 
 static void check_merge(NphContext *context, const NphFilm *whole, int count, NphFilm **parts) {
     NphFilm *merged = NULL;
@@ -107,7 +108,8 @@ static double bad_sample(int x, int y, int64_t sample, int field) {
 START_TEST(files_of_parts_merge_to_the_bytes_of_the_unsplit_file_bad_samples_and_texts_included) {
     NphContext *context = nph_test_context(1);
     Shape whole = {20, 18, {0, 0, 20, 18}, 3, 0, 128};
-    static const Shape shapes[3] = {{20, 18, {0, 0, 7, 18}, 3, 0, 128}, {20, 18, {7, 0, 20, 18}, 3, 0, 48}, {20, 18, {7, 0, 20, 18}, 3, 48, 128}};
+    static const Shape shapes[3] = {
+        {20, 18, {0, 0, 7, 18}, 3, 0, 128}, {20, 18, {7, 0, 20, 18}, 3, 0, 48}, {20, 18, {7, 0, 20, 18}, 3, 48, 128}};
     NphFilm *films[4] = {0}, *read[3] = {0};
     char *bytes[2];
     size_t size[2];
@@ -124,7 +126,9 @@ START_TEST(files_of_parts_merge_to_the_bytes_of_the_unsplit_file_bad_samples_and
     NphNonfinite report;
     nph_film_nonfinite(merged, &report);
     ck_assert(report.count == 29 && report.x == 3 && report.y == 2 && report.sample == 110);
-    for (int i = 0; i < 2; i++) ck_assert_int_eq(nph_file_read(context, nph_test_temporary(i ? "merged" : names[3]), &bytes[i], &size[i]), NPH_OK);
+    for (int i = 0; i < 2; i++)
+        ck_assert_int_eq(nph_file_read(context, nph_test_temporary(i ? "merged" : names[3]), &bytes[i], &size[i]),
+                         NPH_OK);
     ck_assert_uint_eq(size[0], size[1]);
     ck_assert_mem_eq(bytes[0], bytes[1], size[0]);
     for (int i = 0; i < 2; i++) nph_free(context, bytes[i]);
@@ -143,17 +147,21 @@ static void check_refused(NphContext *context, int count, NphFilm **parts, const
     const char *said = nph_test_messages();
     ck_assert_ptr_null(merged);
     ck_assert_uint_eq(nph_context_bytes(context), before);
-    for (int i = 0; i < 3; i++) ck_assert_msg(strstr(said, words[i]) != NULL, "said \"%s\", not \"%s\"", said, words[i]);
+    for (int i = 0; i < 3; i++)
+        ck_assert_msg(strstr(said, words[i]) != NULL, "said \"%s\", not \"%s\"", said, words[i]);
     for (int i = 0; i < count; i++) nph_film_free(context, parts[i]);
 }
 
 START_TEST(overlaps_and_gaps_are_refused_naming_parts_pixels_and_samples) {
     NphContext *context = nph_test_context(1);
     Shape w = {40, 20, {0, 0, 40, 20}, 1, 0, 64};
-    static const int all[4] = {0, 0, 40, 20}, left[4] = {0, 0, 19, 20}, right[4] = {19, 0, 40, 20}, middle[4] = {18, 3, 22, 20}, far[4] = {25, 0, 40, 20};
+    static const int all[4] = {0, 0, 40, 20}, left[4] = {0, 0, 19, 20}, right[4] = {19, 0, 40, 20},
+                     middle[4] = {18, 3, 22, 20}, far[4] = {25, 0, 40, 20};
     check_refused(context, 2, (NphFilm *[]){part_of(context, &w, all, 0, 32), part_of(context, &w, all, 16, 64)},
                   (const char *const[]){"p0 and p1 overlap", "samples 16:32", "pixels 0,0,40,20"});
-    check_refused(context, 3, (NphFilm *[]){part_of(context, &w, left, 0, 32), part_of(context, &w, right, 0, 32), part_of(context, &w, middle, 0, 32)},
+    check_refused(context, 3,
+                  (NphFilm *[]){part_of(context, &w, left, 0, 32), part_of(context, &w, right, 0, 32),
+                                part_of(context, &w, middle, 0, 32)},
                   (const char *const[]){"p0 and p2 overlap", "samples 0:32", "pixels 18,3,19,20"});
     check_refused(context, 2, (NphFilm *[]){part_of(context, &w, all, 0, 32), part_of(context, &w, all, 48, 64)},
                   (const char *const[]){"p0", "samples 32:48", "pixel 0,0"});
@@ -161,7 +169,9 @@ START_TEST(overlaps_and_gaps_are_refused_naming_parts_pixels_and_samples) {
                   (const char *const[]){"p0", "samples 0:32", "pixel 19,0"});
     check_refused(context, 2, (NphFilm *[]){part_of(context, &w, left, 0, 64), part_of(context, &w, right, 0, 32)},
                   (const char *const[]){"gap", "samples 32:64", "pixel 19,0"});
-    check_refused(context, 3, (NphFilm *[]){part_of(context, &w, left, 0, 64), part_of(context, &w, (int[]){19, 0, 40, 5}, 0, 64), part_of(context, &w, (int[]){20, 5, 40, 20}, 0, 64)},
+    check_refused(context, 3,
+                  (NphFilm *[]){part_of(context, &w, left, 0, 64), part_of(context, &w, (int[]){19, 0, 40, 5}, 0, 64),
+                                part_of(context, &w, (int[]){20, 5, 40, 20}, 0, 64)},
                   (const char *const[]){"gap", "samples 0:64", "pixel 19,5"});
     nph_test_context_close(context);
 }
@@ -170,7 +180,8 @@ END_TEST
 START_TEST(parts_of_different_runs_are_refused_naming_what_differs) {
     NphContext *context = nph_test_context(1);
     static const int all[4] = {0, 0, 5, 5};
-    Shape w = {5, 5, {0, 0, 5, 5}, 1, 0, 64}, wide = {6, 5, {0, 0, 5, 5}, 1, 0, 64}, colour = {5, 5, {0, 0, 5, 5}, 3, 0, 64};
+    Shape w = {5, 5, {0, 0, 5, 5}, 1, 0, 64}, wide = {6, 5, {0, 0, 5, 5}, 1, 0, 64},
+          colour = {5, 5, {0, 0, 5, 5}, 3, 0, 64};
     check_refused(context, 2, (NphFilm *[]){part_of(context, &w, all, 0, 32), part_of(context, &wide, all, 32, 64)},
                   (const char *const[]){"p0", "5 x 5", "p1 of 6 x 5"});
     check_refused(context, 2, (NphFilm *[]){part_of(context, &w, all, 0, 32), part_of(context, &colour, all, 32, 64)},
@@ -179,7 +190,9 @@ START_TEST(parts_of_different_runs_are_refused_naming_what_differs) {
         NphFilm *parts[2] = {part_of(context, &w, all, 0, 32), part_of(context, &w, all, 32, 64)};
         if (i != 2) ck_assert_int_eq(nph_film_set_text(context, parts[0], "seed", "1"), NPH_OK);
         if (i != 1) ck_assert_int_eq(nph_film_set_text(context, parts[1], "seed", "2"), NPH_OK);
-        static const char *const words[3][3] = {{"p0: its \"seed\" is \"1\"", "p1", "\"2\""}, {"p0", "missing in p1", "seed"}, {"p1", "missing in p0", "seed"}};
+        static const char *const words[3][3] = {{"p0: its \"seed\" is \"1\"", "p1", "\"2\""},
+                                                {"p0", "missing in p1", "seed"},
+                                                {"p1", "missing in p0", "seed"}};
         check_refused(context, 2, parts, words[i]);
     }
     ck_assert_int_eq(nph_film_merge(context, 0, NULL, NULL, NULL), NPH_BAD_USAGE);
@@ -189,8 +202,10 @@ END_TEST
 
 START_TEST(an_interrupted_part_merges_at_the_end_and_is_refused_before_others) {
     NphContext *context = nph_test_context(1);
-    Shape w = {40, 16, {0, 0, 40, 16}, 1, 0, 128}, first = {40, 16, {0, 0, 40, 16}, 1, 0, 64}, last = {40, 16, {0, 0, 40, 16}, 1, 64, 128};
-    NphFilm *wanted = empty_film(context, &w), *parts[2] = {full_film(context, &first, 32, plain_sample), empty_film(context, &last)};
+    Shape w = {40, 16, {0, 0, 40, 16}, 1, 0, 128}, first = {40, 16, {0, 0, 40, 16}, 1, 0, 64},
+          last = {40, 16, {0, 0, 40, 16}, 1, 64, 128};
+    NphFilm *wanted = empty_film(context, &w),
+            *parts[2] = {full_film(context, &first, 32, plain_sample), empty_film(context, &last)};
     static const int64_t ends[3] = {96, 64, 128};
     for (int tile = 0; tile < 3; tile++) {
         add_samples(wanted, tile, ends[tile], 32, plain_sample);
@@ -206,7 +221,8 @@ START_TEST(an_interrupted_part_merges_at_the_end_and_is_refused_before_others) {
     add_samples(parts[0], 0, 64, 32, plain_sample);
     add_samples(parts[0], 1, 48, 32, plain_sample);
     add_samples(parts[0], 2, 64, 32, plain_sample);
-    check_refused(context, 2, parts, (const char *const[]){"p0: was interrupted", "samples 48:64 of pixel 16,0", "before those of p1"});
+    check_refused(context, 2, parts,
+                  (const char *const[]){"p0: was interrupted", "samples 48:64 of pixel 16,0", "before those of p1"});
     nph_test_context_close(context);
 }
 END_TEST
@@ -216,7 +232,8 @@ START_TEST(a_tile_cut_between_a_whole_and_an_interrupted_part_is_refused) {
     Shape a = {16, 16, {0, 0, 9, 16}, 1, 0, 64}, b = {16, 16, {9, 0, 16, 16}, 1, 0, 64};
     NphFilm *parts[2] = {full_film(context, &a, 32, plain_sample), empty_film(context, &b)};
     add_samples(parts[1], 0, 32, 32, plain_sample);
-    check_refused(context, 2, parts, (const char *const[]){"pixel 9,0 has 32 samples", "0,0 in the same tile has 64", "finish"});
+    check_refused(context, 2, parts,
+                  (const char *const[]){"pixel 9,0 has 32 samples", "0,0 in the same tile has 64", "finish"});
     nph_test_context_close(context);
 }
 END_TEST

@@ -58,8 +58,10 @@ static void check_round_trip(NphContext *context, const NphFilm *film) {
 
 START_TEST(a_film_read_back_is_the_film_and_writes_the_same_bytes) {
     static const Shape shapes[] = {
-        {1, 1, {0, 0, 1, 1}, 1, 0, 16},          {40, 30, {0, 0, 40, 30}, 3, 0, 16 * 7},
-        {40, 30, {5, 2, 33, 20}, 3, 48, 16 * 9}, {40, 30, {15, 15, 17, 17}, 1, 16, 16 * 30},
+        {1, 1, {0, 0, 1, 1}, 1, 0, 16},
+        {40, 30, {0, 0, 40, 30}, 3, 0, 16 * 7},
+        {40, 30, {5, 2, 33, 20}, 3, 48, 16 * 9},
+        {40, 30, {15, 15, 17, 17}, 1, 16, 16 * 30},
     };
     NphContext *context = nph_test_context(1);
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
@@ -130,13 +132,18 @@ START_TEST(the_bytes_are_those_of_the_description) {
     NphContext *context = nph_test_context(1);
     size_t size;
     char *bytes = small_file(context, &size);
-    static const struct { int at, bytes; uint64_t value; } fields[] = {
-        {8, 4, 1}, {12, 4, 1}, {16, 4, 20}, {20, 4, 10}, {24, 4, 3}, {28, 4, 1}, {32, 4, 4}, {36, 4, 2}, {40, 8, 16},
-        {48, 8, 64}, {56, 8, 24}, {64, 8, 1}, {80, 4, 4}, {84, 4, 5}, {97, 7, 0}, {104, 8, 3}, {112, 8, 0}, {120, 8, 0},
+    static const struct {
+        int at, bytes;
+        uint64_t value;
+    } fields[] = {
+        {8, 4, 1},  {12, 4, 1}, {16, 4, 20}, {20, 4, 10}, {24, 4, 3},  {28, 4, 1},
+        {32, 4, 4}, {36, 4, 2}, {40, 8, 16}, {48, 8, 64}, {56, 8, 24}, {64, 8, 1},
+        {80, 4, 4}, {84, 4, 5}, {97, 7, 0},  {104, 8, 3}, {112, 8, 0}, {120, 8, 0},
     };
     ck_assert_mem_eq(bytes, "NPHPART1", 8);
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
-        ck_assert_msg(word_at(bytes, (size_t)fields[i].at, fields[i].bytes) == fields[i].value, "byte %d", fields[i].at);
+        ck_assert_msg(word_at(bytes, (size_t)fields[i].at, fields[i].bytes) == fields[i].value, "byte %d",
+                      fields[i].at);
     ck_assert_mem_eq(bytes + 88, "seed12345", 9);
     ck_assert_uint_eq(size, 136 + 2 * 8 * 8 + 16);
     ck_assert_uint_eq(word_at(bytes, 72, 8), size);
@@ -162,7 +169,8 @@ START_TEST(the_file_has_the_same_bytes_with_every_compiler_and_vector_level) {
     char text[40] = "";
     ck_assert_int_eq(nph_film_write_part(context, film, nph_test_temporary("golden.part")), NPH_OK);
     char *bytes = bytes_of(context, nph_test_temporary("golden.part"), &size);
-    for (int i = 0; i < 16; i++) snprintf(text + 2 * i, 3, "%02x", (unsigned)(unsigned char)bytes[size - 16 + (size_t)i]);
+    for (int i = 0; i < 16; i++)
+        snprintf(text + 2 * i, 3, "%02x", (unsigned)(unsigned char)bytes[size - 16 + (size_t)i]);
     ck_assert_str_eq(text, "7abb5c7551408e5e68b70f9ba0df49f8");
     nph_free(context, bytes);
     nph_film_free(context, film);
@@ -232,23 +240,30 @@ static void check_field(NphContext *context, const char *bytes, size_t size, int
 }
 
 START_TEST(fields_that_contradict_each_other_are_refused_although_the_digest_fits) {
-    static const struct { int at, bytes; } fields[] = {{8, 4}, {12, 4}, {16, 4}, {20, 4}, {24, 4}, {28, 4}, {32, 4}, {36, 4},
-                                                       {40, 8}, {48, 8}, {56, 8}, {64, 8}, {72, 8}, {80, 4}, {84, 4}};
+    static const struct {
+        int at, bytes;
+    } fields[] = {{8, 4},  {12, 4}, {16, 4}, {20, 4}, {24, 4}, {28, 4}, {32, 4}, {36, 4},
+                  {40, 8}, {48, 8}, {56, 8}, {64, 8}, {72, 8}, {80, 4}, {84, 4}};
     NphContext *context = nph_test_context(1);
     size_t size;
     char *bytes = small_file(context, &size);
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
         check_field(context, bytes, size, fields[i].at, fields[i].bytes, UINT64_MAX);
         check_field(context, bytes, size, fields[i].at, fields[i].bytes, (uint64_t)1 << (8 * fields[i].bytes - 1));
-        check_field(context, bytes, size, fields[i].at, fields[i].bytes, ((uint64_t)1 << (8 * fields[i].bytes - 1)) - 1);
+        check_field(context, bytes, size, fields[i].at, fields[i].bytes,
+                    ((uint64_t)1 << (8 * fields[i].bytes - 1)) - 1);
         int any = fields[i].at == NPH_PART_WIDTH || fields[i].at == NPH_PART_HEIGHT; /* nothing else tells them */
         if (!any) check_field(context, bytes, size, fields[i].at, fields[i].bytes, 99);
     }
-    static const struct { int at, bytes; uint64_t value; } cases[] = {
-        {8, 4, 2}, {12, 4, 0}, {12, 4, 2}, {16, 4, 0}, {16, 4, 3}, {20, 4, 1}, {24, 4, 4}, {32, 4, 21}, {32, 4, 5},
-        {40, 8, 24}, {40, 8, 64}, {48, 8, 16}, {48, 8, 48}, {56, 8, 16}, {56, 8, 32}, {64, 8, 0}, {64, 8, 2},
-        {80, 4, 0}, {80, 4, 10}, {84, 4, 4}, {84, 4, 15}, {88, 1, 0}, {97, 1, 1}, {104, 8, 1}, {104, 8, 4}, {104, 8, UINT64_MAX},
-        {112, 8, 1}, {112, 8, UINT64_MAX}, {120, 4, 3}, {128, 8, 16},
+    static const struct {
+        int at, bytes;
+        uint64_t value;
+    } cases[] = {
+        {8, 4, 2},   {12, 4, 0},           {12, 4, 2},  {16, 4, 0},           {16, 4, 3},  {20, 4, 1},
+        {24, 4, 4},  {32, 4, 21},          {32, 4, 5},  {40, 8, 24},          {40, 8, 64}, {48, 8, 16},
+        {48, 8, 48}, {56, 8, 16},          {56, 8, 32}, {64, 8, 0},           {64, 8, 2},  {80, 4, 0},
+        {80, 4, 10}, {84, 4, 4},           {84, 4, 15}, {88, 1, 0},           {97, 1, 1},  {104, 8, 1},
+        {104, 8, 4}, {104, 8, UINT64_MAX}, {112, 8, 1}, {112, 8, UINT64_MAX}, {120, 4, 3}, {128, 8, 16},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
         check_field(context, bytes, size, cases[i].at, cases[i].bytes, cases[i].value);

@@ -30,7 +30,8 @@ static double path_sample(int x, int y, int64_t sample, int field) {
 /* A float's rounding and that of the sums. */
 static void check_value(const NphImage *image, const char *name, int x, int y, long double wanted) {
     float got = pixel_of(image, name, x, y);
-    ck_assert_msg(fabsl(got - wanted) <= 1e-7L * fabsl(wanted), "%s at %d,%d: %.9g, not %.9Lg", name, x, y, (double)got, wanted);
+    ck_assert_msg(fabsl(got - wanted) <= 1e-7L * fabsl(wanted), "%s at %d,%d: %.9g, not %.9Lg", name, x, y, (double)got,
+                  wanted);
 }
 
 static void check_pixel(const NphImage *image, int x, int y, int64_t begin, int64_t end) {
@@ -107,7 +108,8 @@ START_TEST(texts_and_the_number_of_samples_become_attributes) {
 END_TEST
 
 START_TEST(grey_samples_give_equal_channels) {
-    static const char *const groups[4][3] = {{"R", "G", "B"}, {"Variance.R", "Variance.G", "Variance.B"},
+    static const char *const groups[4][3] = {{"R", "G", "B"},
+                                             {"Variance.R", "Variance.G", "Variance.B"},
                                              {"Vov.R", "Vov.G", "Vov.B"},
                                              {"Transmittance.R", "Transmittance.G", "Transmittance.B"}};
     NphContext *context = nph_test_context(1);
@@ -116,8 +118,8 @@ START_TEST(grey_samples_give_equal_channels) {
     NphImage image = image_of(context, film);
     for (int g = 0; g < 4; g++)
         for (int c = 1; c < 3; c++)
-            ck_assert_mem_eq(nph_image_channel(&image, groups[g][0])->pixels, nph_image_channel(&image, groups[g][c])->pixels,
-                             9 * 5 * sizeof(float));
+            ck_assert_mem_eq(nph_image_channel(&image, groups[g][0])->pixels,
+                             nph_image_channel(&image, groups[g][c])->pixels, 9 * 5 * sizeof(float));
     nph_image_free(context, &image);
     nph_film_free(context, film);
     nph_test_context_close(context);
@@ -135,7 +137,8 @@ START_TEST(a_tile_without_samples_is_zero_everywhere_and_the_counts_say_so) {
         for (int y = 0; y < 16; y++)
             for (int x = 16; x < 32; x++) ck_assert(image.channels[i].pixels[y * 48 + x] == 0);
     ck_assert(pixel_of(&image, "N", 3, 3) == 64 && pixel_of(&image, "N", 40, 3) == 48);
-    ck_assert(nph_image_attribute(&image, "samples")->number == 64 && nph_image_attribute(&image, "samples_least")->number == 0);
+    ck_assert(nph_image_attribute(&image, "samples")->number == 64 &&
+              nph_image_attribute(&image, "samples_least")->number == 0);
     nph_image_free(context, &image);
     nph_film_free(context, film);
     nph_test_context_close(context);
@@ -172,7 +175,8 @@ START_TEST(variances_beyond_a_float_saturate_with_a_warning_and_never_become_zer
     extreme = 1e30;
     NphFilm *film = full_film(context, &shape, 32, extreme_sample);
     NphImage image = image_of(context, film);
-    ck_assert(fabs((double)pixel_of(&image, "R", 0, 0) - 1.5e30) < 1e24 && pixel_of(&image, "Variance.R", 0, 0) == FLT_MAX);
+    ck_assert(fabs((double)pixel_of(&image, "R", 0, 0) - 1.5e30) < 1e24 &&
+              pixel_of(&image, "Variance.R", 0, 0) == FLT_MAX);
     ck_assert(isfinite(pixel_of(&image, "Vov.R", 0, 0)));
     ck_assert_ptr_nonnull(strstr(nph_test_messages(), "largest of a float"));
     nph_image_free(context, &image);
@@ -214,7 +218,8 @@ END_TEST
 
 static double normal_sample(int x, int y, int64_t sample, int field) {
     uint64_t pixel = (uint64_t)x * 65536 + (uint64_t)y;
-    double u = hash_uniform(pixel, (uint64_t)sample, 100 + (uint64_t)field), v = hash_uniform(pixel, (uint64_t)sample, 200 + (uint64_t)field);
+    double u = hash_uniform(pixel, (uint64_t)sample, 100 + (uint64_t)field),
+           v = hash_uniform(pixel, (uint64_t)sample, 200 + (uint64_t)field);
     return field == 0 ? 5 + sqrt(-2 * log(u)) * cos(6.283185307179586 * v) : 0;
 }
 static double exponential_sample(int x, int y, int64_t sample, int field) {
@@ -231,7 +236,8 @@ static Spread spread_of(const NphImage *image, const char *name) {
     int count = image->width * image->height;
     Spread spread = {0, 0, 0};
     for (int i = 0; i < count; i++) spread.mean += pixels[i] / (double)count;
-    for (int i = 0; i < count; i++) spread.variance += (pixels[i] - spread.mean) * (pixels[i] - spread.mean) / (count - 1.0);
+    for (int i = 0; i < count; i++)
+        spread.variance += (pixels[i] - spread.mean) * (pixels[i] - spread.mean) / (count - 1.0);
     spread.error = sqrt(spread.variance / count);
     return spread;
 }
@@ -246,8 +252,10 @@ START_TEST(vov_of_normal_samples_has_its_exact_expectation_at_16_and_at_1024_sam
         Shape shape = {side, side, {0, 0, side, side}, 1, 0, sizes[i][0]};
         NphFilm *film = full_film(context, &shape, 64, normal_sample);
         NphImage image = image_of(context, film);
-        Spread vov = spread_of(&image, "Vov.R"), variance = spread_of(&image, "Variance.R"), mean = spread_of(&image, "R");
-        ck_assert_msg(fabs(vov.mean - wanted) < 4 * vov.error, "n %g: %g +- %g, not %g", n, vov.mean, vov.error, wanted);
+        Spread vov = spread_of(&image, "Vov.R"), variance = spread_of(&image, "Variance.R"),
+               mean = spread_of(&image, "R");
+        ck_assert_msg(fabs(vov.mean - wanted) < 4 * vov.error, "n %g: %g +- %g, not %g", n, vov.mean, vov.error,
+                      wanted);
         ck_assert(fabs(variance.mean - 1 / n) < 4 * variance.error && fabs(mean.mean - 5) < 4 * mean.error);
         /* What Vov estimates: 2 / (n - 1); the variance of a sample variance of 576 pixels or more is known to 25%. */
         ck_assert_double_eq_tol(variance.variance * n * n, 2 / (n - 1), 0.25 * 2 / (n - 1));
@@ -267,7 +275,8 @@ START_TEST(vov_of_exponential_samples_is_8_over_n) {
     NphFilm *film = full_film(context, &shape, 64, exponential_sample);
     NphImage image = image_of(context, film);
     Spread vov = spread_of(&image, "Vov.R"), variance = spread_of(&image, "Variance.R");
-    ck_assert_msg(fabs(vov.mean - wanted) < 4 * vov.error + 0.05 * wanted, "%g +- %g, not %g", vov.mean, vov.error, wanted);
+    ck_assert_msg(fabs(vov.mean - wanted) < 4 * vov.error + 0.05 * wanted, "%g +- %g, not %g", vov.mean, vov.error,
+                  wanted);
     ck_assert_double_eq_tol(variance.variance * n * n, wanted, 0.25 * wanted);
     nph_image_free(context, &image);
     nph_film_free(context, film);
@@ -290,8 +299,10 @@ START_TEST(a_failed_allocation_leaves_no_image_and_no_leak) {
         NphStatus status = nph_film_image(context, film, &image);
         int done = nph_context_allocations(context) < settings.fail_allocation;
         ck_assert_int_eq(status, done ? NPH_OK : NPH_NO_MEMORY);
-        if (done) nph_image_free(context, &image);
-        else ck_assert_int_eq(image.width, -7);
+        if (done)
+            nph_image_free(context, &image);
+        else
+            ck_assert_int_eq(image.width, -7);
         nph_test_context_close(context);
         if (done) break;
     }

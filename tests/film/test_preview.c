@@ -40,7 +40,8 @@ START_TEST(levels_are_the_srgb_curve_rounded) {
     show(radiance, N, 0, rgb);
     for (int i = 0; i < N; i++) {
         double level = srgb_of(radiance[i]);
-        ck_assert_msg(fabs(rgb[3 * i] - level) <= 0.5 + 1e-3, "%g is shown as %d, not %g", radiance[i], rgb[3 * i], level);
+        ck_assert_msg(fabs(rgb[3 * i] - level) <= 0.5 + 1e-3, "%g is shown as %d, not %g", radiance[i], rgb[3 * i],
+                      level);
         ck_assert(rgb[3 * i] == rgb[3 * i + 1] && rgb[3 * i] == rgb[3 * i + 2]);
     }
 }

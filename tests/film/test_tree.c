@@ -14,7 +14,8 @@ START_TEST(normal_forms_are_maximal_aligned_and_cover_the_range) {
             for (int i = 0; i < count; i++) {
                 int64_t size = (int64_t)1 << nodes[i].level, parent = (nodes[i].index >> 1) * 2 * size;
                 ck_assert_int_eq(nodes[i].index * size, at);
-                ck_assert_msg(parent < begin || parent + 2 * size > end, "[%d,%d): node %d is not maximal", (int)begin, (int)end, i);
+                ck_assert_msg(parent < begin || parent + 2 * size > end, "[%d,%d): node %d is not maximal", (int)begin,
+                              (int)end, i);
                 at += size;
             }
             ck_assert_int_eq(at, end);
@@ -29,7 +30,8 @@ START_TEST(room_is_the_longest_normal_form_of_any_beginning) {
             NphNode nodes[NPH_MAX_NODES];
             int count = nph_tree_nodes(begin, end, nodes);
             if (count > most) most = count;
-            ck_assert_msg(nph_tree_slots(begin, end) == most, "[%d,%d): %d, not %d", (int)begin, (int)end, nph_tree_slots(begin, end), most);
+            ck_assert_msg(nph_tree_slots(begin, end) == most, "[%d,%d): %d, not %d", (int)begin, (int)end,
+                          nph_tree_slots(begin, end), most);
         }
     }
     NphNode nodes[NPH_MAX_NODES];
@@ -63,7 +65,8 @@ START_TEST(joined_moments_are_those_of_all_samples) {
             }
         NphJoin join = nph_join_of(na, nb);
         NphMoments left = {(double)a[0], (double)a[1], (double)a[2], (double)a[3]};
-        NphMoments right = {(double)b[0], (double)b[1], (double)b[2], (double)b[3]}, both = nph_join_moments(&join, &left, &right);
+        NphMoments right = {(double)b[0], (double)b[1], (double)b[2], (double)b[3]},
+                   both = nph_join_moments(&join, &left, &right);
         check_close(both.mean, all[0], 10, "mean");
         check_close(both.m2, all[1], 64 * 1e2, "M2");
         check_close(both.m3, all[2], 64 * 1e3, "M3");
@@ -75,7 +78,8 @@ END_TEST
 /* A fold written as the definition reads: the tree over [0, 2^level) chunks without its empty branches. */
 static int fold_by_definition(const NphFilm *film, int level, int64_t index, double *out) {
     NphNode nodes[NPH_MAX_NODES];
-    int64_t begin = film->chunk_begin, end = begin + film->chunks[0], first = index << level, size = (int64_t)1 << level;
+    int64_t begin = film->chunk_begin, end = begin + film->chunks[0], first = index << level,
+            size = (int64_t)1 << level;
     if (first + size <= begin || first >= end) return 0;
     int count = nph_film_tile_nodes(film, 0, nodes);
     for (int i = 0; i < count; i++)
@@ -84,9 +88,12 @@ static int fold_by_definition(const NphFilm *film, int level, int64_t index, dou
             return (int)size;
         }
     double *right = malloc(nph_film_scratch_bytes(film->channels));
-    int a = fold_by_definition(film, level - 1, 2 * index, out), b = fold_by_definition(film, level - 1, 2 * index + 1, right);
-    if (a && b) nph_tree_merge(out, a * NPH_CHUNK, right, b * NPH_CHUNK, film->channels, out);
-    else if (b) memcpy(out, right, nph_film_scratch_bytes(film->channels));
+    int a = fold_by_definition(film, level - 1, 2 * index, out),
+        b = fold_by_definition(film, level - 1, 2 * index + 1, right);
+    if (a && b)
+        nph_tree_merge(out, a * NPH_CHUNK, right, b * NPH_CHUNK, film->channels, out);
+    else if (b)
+        memcpy(out, right, nph_film_scratch_bytes(film->channels));
     free(right);
     return a + b;
 }
