@@ -15,9 +15,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "nephos/conventions.h"
 #include "nephos/film.h"
 
-enum { NPH_CHUNK = 16, NPH_TILE = 16, NPH_TILE_PIXELS = 256 };
+enum { NPH_CHUNK = NPH_SAMPLE_STEP, NPH_TILE = 16, NPH_TILE_PIXELS = 256 };
 
 /* What one sample carries. The sample buffer of a tile and chunk is [field][pixel][sample in chunk], pixel = row-major
  * position within the 16 x 16 tile (pixels outside the crop are ignored), as float or double. */

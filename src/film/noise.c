@@ -10,7 +10,7 @@
 #include "core/float_state.h"
 #include "film/tree.h"
 
-const double nph_luminance_weights[3] = {0.2126, 0.7152, 0.0722};
+const double nph_luminance_weights[3] = {NPH_LUMINANCE_RED, NPH_LUMINANCE_GREEN, NPH_LUMINANCE_BLUE};
 
 void nph_film_samples_range(const NphFilm *film, int64_t *least, int64_t *most) {
     *least = *most = nph_film_tile_samples(film, 0);

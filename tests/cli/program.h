@@ -48,9 +48,9 @@ static inline const char *file_of(const char *name) {
     return path;
 }
 
-/* Starts it; arguments end with NULL, the program's name is put before them. */
-static inline pid_t program_start(const char *const *arguments) {
-    const char *words[64] = {program_path()};
+/* Starts a program; arguments end with NULL, the program's path is put before them. */
+static inline pid_t program_start_at(const char *path, const char *const *arguments) {
+    const char *words[64] = {path};
     int count = 1;
     while (arguments[count - 1]) {
         words[count] = arguments[count - 1];
@@ -77,6 +77,9 @@ static inline const Ran *program_finish(pid_t child) {
     program_read(file_of("err.txt"), ran.err);
     return &ran;
 }
+
+/* The same with nephos. */
+static inline pid_t program_start(const char *const *arguments) { return program_start_at(program_path(), arguments); }
 
 /* The result stands in a static buffer until the next run. */
 static inline const Ran *program_run(const char *const *arguments) { return program_finish(program_start(arguments)); }
