@@ -18,6 +18,7 @@ static void free_scene_parts(NphContext *context, NphScene *scene) {
     }
     for (int i = 0; i < scene->light_count; i++) {
         nph_free(context, scene->lights[i].name);
+        nph_environment_free(context, &scene->lights[i].map);
     }
     nph_free(context, scene->name);
 }

@@ -88,6 +88,14 @@ static NphStatus load_volume(NphContext *context, const NphSceneFile *file, NphG
     return NPH_BAD_INPUT;
 }
 
+static NphStatus load_map(NphContext *context, const NphSceneFile *file, NphEnvironment *map) {
+    NphImage image = {0};
+    NPH_TRY(nph_exr_read(context, file->path, &image));
+    NphStatus status = nph_environment_build(context, &image, file->scale, file->path, map);
+    nph_image_free(context, &image);
+    return status;
+}
+
 /* A file's own failure is noted at its place and the next one is tried; what concerns the run ends it. */
 static NphStatus note(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphStatus status) {
     if (status == NPH_OK || status == NPH_NO_MEMORY || status == NPH_INTERRUPTED) return status;
@@ -128,7 +136,7 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;
-        nph_scene_bad_input(reader, file->place, "environment maps cannot be read by this build");
+        NPH_TRY(note(reader, file, "environment map", load_map(reader->context, file, &scene->lights[i].map)));
     }
     return NPH_OK;
 }

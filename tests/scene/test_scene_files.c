@@ -239,6 +239,62 @@ START_TEST(the_digest_sees_the_contents_of_volumes_and_not_their_names) {
 }
 END_TEST
 
+#define SUNSET "reference/data/env/exr_variants/sunset256_half_"
+
+static const char *environment_scene(const char *file, const char *settings) {
+    static char text[2000];
+    snprintf(text, sizeof text, HEAD "lights:\n- {type: environment, file: %s%s}\n", nph_test_path(file), settings);
+    return text;
+}
+
+START_TEST(an_environment_map_is_scaled_and_turned_as_the_scene_says) {
+    NphContext *context = nph_test_context(1);
+    NphScene *plain = must_parse(context, environment_scene(SUNSET "zip.exr", ""));
+    NphScene *turned = must_parse(context, environment_scene(SUNSET "zip.exr", ", scale: [2, 1, 0.5], rotation: -90"));
+    const NphEnvironment *map = &plain->lights[0].map, *scaled = &turned->lights[0].map;
+    ck_assert(map->width == 256 && map->height == 128 && map->total > 0);
+    for (int i = 0; i < 256 * 128; i++) {
+        ck_assert(scaled->radiance[3 * i] == 2 * map->radiance[3 * i]);
+        ck_assert(scaled->radiance[3 * i + 1] == map->radiance[3 * i + 1]);
+        ck_assert(scaled->radiance[3 * i + 2] == map->radiance[3 * i + 2] / 2);
+    }
+    ck_assert(plain->lights[0].rotation_rad == 0);
+    ck_assert_double_eq_tol(turned->lights[0].rotation_rad, -1.5707963267948966, 3e-16);
+    nph_scene_free(context, plain);
+    nph_scene_free(context, turned);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(the_digest_sees_the_pixels_of_a_map_and_not_their_compression) {
+    NphContext *context = nph_test_context(1);
+    uint8_t zip[16], piz[16], turned[16], bright[16];
+    digest_of(context, environment_scene(SUNSET "zip.exr", ""), zip);
+    digest_of(context, environment_scene(SUNSET "piz.exr", ", rotation: 0, scale: 1"), piz);
+    digest_of(context, environment_scene(SUNSET "zip.exr", ", rotation: 1"), turned);
+    digest_of(context, environment_scene(SUNSET "zip.exr", ", scale: 1.001"), bright);
+    ck_assert_mem_eq(zip, piz, 16);
+    ck_assert_mem_ne(zip, turned, 16);
+    ck_assert_mem_ne(zip, bright, 16);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(maps_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    ck_assert_int_eq(parse(context, environment_scene(SUNSET "dwaa.exr", ""), &scene), NPH_BAD_INPUT);
+    const char *messages = nph_test_messages();
+    ck_assert_msg(strstr(messages, "DWAA") && strstr(messages, "s:4:29: this environment map cannot be used"), "%s", messages);
+    ck_assert_int_eq(parse(context, environment_scene(SUNSET "zip.exr", ", scale: 1e35"), &scene), NPH_OK);
+    nph_scene_free(context, scene);
+    ck_assert_int_eq(parse(context, environment_scene("reference/data/env/exr_variants/sunset256.hdr", ""), &scene),
+                     NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:29: "));
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(files_are_looked_up_beside_the_scene) {
     NphContext *context = nph_test_context(1);
     write_npy(context, "a.npy", -1, 0);
@@ -259,8 +315,9 @@ START_TEST(any_allocation_that_fails_while_files_load_is_reported_and_nothing_le
     write_bytes("les.txt", les, sizeof les - 1);
     char text[3000];
     snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
-             "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n",
-             nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"));
+             "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n"
+             "lights:\n- {type: environment, file: %s}\n", nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"),
+             nph_test_path(SUNSET "zip.exr"));
     for (uint64_t n = 1;; n++) {
         NphSettings settings;
         nph_settings_default(&settings);
@@ -290,6 +347,9 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_folder_in_place_of_a_volume_and_an_unknown_grid_are_refused);
     tcase_add_test(cases, extinction_times_the_largest_density_is_bounded);
     tcase_add_test(cases, the_digest_sees_the_contents_of_volumes_and_not_their_names);
+    tcase_add_test(cases, an_environment_map_is_scaled_and_turned_as_the_scene_says);
+    tcase_add_test(cases, the_digest_sees_the_pixels_of_a_map_and_not_their_compression);
+    tcase_add_test(cases, maps_that_cannot_be_used_are_named_with_their_place_in_the_scene);
     tcase_add_test(cases, files_are_looked_up_beside_the_scene);
     tcase_add_test(cases, any_allocation_that_fails_while_files_load_is_reported_and_nothing_leaks);
 }
