@@ -240,6 +240,11 @@ START_TEST(an_inverse_undoes_its_map_and_singular_maps_have_none) {
     double flat[12] = {1, 2, 3, 0, 2, 4, 7, 0, 3, 6, 1, 0}, kept = inverse[5];
     ck_assert(!nph_affine_invert(flat, inverse));
     ck_assert(inverse[5] == kept);
+    double nearly[12] = {1, 1, 0, 0, 1, 1 + 1e-13, 0, 0, 0, 0, 1, 0}, barely[12] = {1, 1, 0, 0, 1, 1 + 1e-11, 0, 0, 0, 0, 1, 0};
+    ck_assert(!nph_affine_invert(nearly, inverse));
+    ck_assert(inverse[5] == kept);
+    ck_assert(nph_affine_invert(barely, inverse));
+    kept = inverse[5];
     double endless[12] = {HUGE_VAL, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     ck_assert(!nph_affine_invert(endless, inverse));
 }
