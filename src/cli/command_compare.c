@@ -120,7 +120,7 @@ static NphStatus run(const Command *command, int argc, char **argv) {
                                 .value_name = "M", .min = 0, .max = 10,
                                 .meaning = "the same for tiles of 64 x 64 and 8 x 8 pixels; default 0.01"});
     option_add(&table, (Option){.name = "alpha", .kind = OPTION_NUMBER, .target = &options->alpha, .value_name = "P",
-                                .min = 1e-9, .max = 0.5, .meaning = "chance of a false verdict; default 0.01"});
+                                .min = 1e-9, .max = 0.5, .meaning = "chance of a false verdict; default 0.004"});
     option_add(&table, (Option){.name = "z-map", .kind = OPTION_TEXT, .target = &compare.z_map, .value_name = "FILE.exr",
                                 .meaning = "each pixel's difference over its standard error, as a picture"});
     option_add(&table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &compare.json,

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Distribution functions that verdicts need: normal, Student t, chi-square, and the gamma and beta functions below them.
- * All in double, relative error below 1e-10 in both tails down to 1e-250 (tests/oracle/test_student.c); plain functions
- * of their arguments, thread-safe. Upper tails: call the lower one with -t, or nph_chi_square_upper. */
+ * Distribution functions that verdicts need: normal, Student t, chi-square, and the gamma and beta functions below.
+ * All in double, relative error below 1e-10 in both tails down to 1e-250 (tests/oracle/test_student.c), the same bits
+ * everywhere; plain functions of their arguments. Upper tails: the lower one with -t, or nph_chi_square_upper. */
 #ifndef NPH_ORACLE_STUDENT_H
 #define NPH_ORACLE_STUDENT_H
 
