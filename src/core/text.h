@@ -28,7 +28,7 @@ int nph_parse_int_range(const char *begin, const char *end, int64_t *value);
 /* 1 when [begin, end) is written like a number, whatever its size: tells "not a number" from "too large". */
 int nph_is_decimal(const char *begin, const char *end);
 
-/* The shortest of %.15g, %.16g, %.17g that reads back as the same double; "nan", "inf", "-inf" otherwise. Returns text. */
+/* The shortest of %.15g, %.16g, %.17g that reads back as the same double; else "nan", "inf", "-inf". Returns text. */
 const char *nph_format_double(double value, char text[NPH_DOUBLE_TEXT]);
 
 /* The value rounded to 1 to 17 significant digits (%.*g): for messages. Returns text. */

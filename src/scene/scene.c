@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Scenes from files and from memory: bytes, document, sections, files, digest, in this order; each step only when the one
- * before left no mistake. */
+ * Scenes from files and from memory: bytes, document, sections, files, digest, in this order; each step only when the
+ * one before left no mistake. */
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>

@@ -12,7 +12,8 @@
 static const double NEARLY_PARALLEL = 1e-6; /* sine of the smallest angle between up and the viewing direction */
 
 static int read_forward(NphSceneReader *reader, const NphSceneSection *camera, double forward[3]) {
-    const NphSceneValue *target = nph_section_value(camera, "look_at"), *direction = nph_section_value(camera, "direction");
+    const NphSceneValue *target = nph_section_value(camera, "look_at"),
+                        *direction = nph_section_value(camera, "direction");
     const NphSceneValue *position = nph_section_value(camera, "position");
     if (camera->chosen[0] == 1 && direction) {
         if (nph_vector_normalise(direction->number, forward)) return 1;
@@ -37,7 +38,8 @@ static void read_frame(NphSceneReader *reader, const NphSceneSection *camera, Np
     nph_vector_cross(sensor->forward, unit, right);
     double sine = nph_sqrt(right[0] * right[0] + right[1] * right[1] + right[2] * right[2]);
     if (sine < NEARLY_PARALLEL) {
-        nph_scene_mistake(reader, up->place, "up%s is parallel to the viewing direction; give another, such as [0, 1, 0]",
+        nph_scene_mistake(reader, up->place,
+                          "up%s is parallel to the viewing direction; give another, such as [0, 1, 0]",
                           up->given ? "" : " (default [0, 0, 1])");
         return;
     }
@@ -72,8 +74,10 @@ static void read_crop(NphSceneReader *reader, const NphSceneSection *camera, Nph
     for (int i = 0; i < 4; i++) sensor->crop[i] = (int)crop->number[i];
     const int *c = sensor->crop;
     if (c[0] < c[2] && c[2] <= whole[2] && c[1] < c[3] && c[3] <= whole[3]) return;
-    nph_scene_mistake(reader, crop->place, "crop [%d, %d, %d, %d] is not within the picture; allowed: 0 <= x0 < x1 <= %d and "
-                      "0 <= y0 < y1 <= %d", c[0], c[1], c[2], c[3], whole[2], whole[3]);
+    nph_scene_mistake(reader, crop->place,
+                      "crop [%d, %d, %d, %d] is not within the picture; allowed: 0 <= x0 < x1 <= %d and "
+                      "0 <= y0 < y1 <= %d",
+                      c[0], c[1], c[2], c[3], whole[2], whole[3]);
 }
 
 void nph_scene_read_camera(NphSceneReader *reader, const yaml_node_t *node) {

@@ -31,8 +31,8 @@ static const char INTRODUCTION[] =
     "This page and docs/scene.schema.json (for editors and other programs) are made from one table,\n"
     "src/scene/scene_keys_table.c.\n"
     "\n"
-    "A scene is YAML 1.1, and so may be JSON. Lengths are metres, angles degrees, z is up unless the camera says otherwise.\n"
-    "Where a value has three channels, one number stands for all of them.\n"
+    "A scene is YAML 1.1, and so may be JSON. Lengths are metres, angles degrees, z is up unless the camera says\n"
+    "otherwise. Where a value has three channels, one number stands for all of them.\n"
     "\n"
     "```yaml\n"
     "nephos: 1\n"
@@ -53,11 +53,11 @@ static const char INTRODUCTION[] =
     "render: {samples: 64, seed: 1}\n"
     "```\n"
     "\n"
-    "- Numbers are plain decimals, without quotes: `40`, `-3.5`, `.5`, `+3`, `1e5`. Hex, octal (a leading zero), `1_000`,\n"
-    "  `1:30`, infinities and NaN are refused.\n"
+    "- Numbers are plain decimals, without quotes: `40`, `-3.5`, `.5`, `+3`, `1e5`. Hex, octal (a leading zero),\n"
+    "  `1_000`, `1:30`, infinities and NaN are refused.\n"
     "- Paths are relative to the folder of the scene file.\n"
-    "- Anchors and aliases (`&a`, `*a`) may be used; merge keys (`<<`), tags (`!!float`) and several documents in one file\n"
-    "  are refused. A file is UTF-8, at most 1 MiB.\n"
+    "- Anchors and aliases (`&a`, `*a`) may be used; merge keys (`<<`), tags (`!!float`) and several documents in one\n"
+    "  file are refused. A file is UTF-8, at most 1 MiB.\n"
     "- Unknown and doubled keys are mistakes. Every mistake is reported as `FILE:LINE:COLUMN: what is wrong, what is\n"
     "  allowed`, as many as can be found in one run (exit status 3; 4 when a file it names is missing or damaged).\n";
 
@@ -102,18 +102,16 @@ static void say_allowed(const Page *page, const NphSceneKey *key) {
     } else if (key->min == key->max) {
         say(page, "%s", nph_limit_text(key->min, low));
     } else {
-        say(page, "%s to %s%s%s", nph_limit_text(key->min, low), nph_limit_text(key->max, high), key->unit[0] ? " " : "",
-            key->unit);
+        say(page, "%s to %s%s%s", nph_limit_text(key->min, low), nph_limit_text(key->max, high),
+            key->unit[0] ? " " : "", key->unit);
     }
 }
 
 static int in_rule(const NphSceneKey *key) {
     for (int i = 0; i < nph_scene_rule_count; i++) {
-        const char *found = strcmp(nph_scene_rules[i].section, key->section) == 0
-                                ? strstr(nph_scene_rules[i].alternatives, key->key) : NULL;
-        size_t length = strlen(key->key);
-        if (found && (found == nph_scene_rules[i].alternatives || strchr(" |", found[-1])) && strchr(" |?", found[length]))
-            return 1;
+        const char *all = nph_scene_rules[i].alternatives, *found = strstr(all, key->key);
+        if (strcmp(nph_scene_rules[i].section, key->section) != 0 || !found) continue;
+        if ((found == all || strchr(" |", found[-1])) && strchr(" |?", found[strlen(key->key)])) return 1;
     }
     return 0;
 }

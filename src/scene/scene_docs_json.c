@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * docs/scene.schema.json (JSON Schema 2020-12) from the table of keys: a definition per section; a section with variants
- * is one of as many objects. What it cannot say (order of bounds, unit vectors, contents of files) the reader checks. */
+ * docs/scene.schema.json (JSON Schema 2020-12) from the table of keys: a definition per section; a section with
+ * variants is one of as many objects. What it cannot say (order of bounds, vectors of length 0, contents of files) the
+ * reader checks. */
 #include <assert.h>
 #include <stdio.h>
 #include <string.h>
@@ -165,7 +166,8 @@ static void put_rules(NphJson *json, const char *section, const char *variant) {
     int opened = 0;
     for (int i = 0; i < nph_scene_rule_count; i++) {
         const NphSceneRule *rule = &nph_scene_rules[i];
-        if (strcmp(rule->section, section) != 0 || (rule->applies && !nph_words_apply(rule->applies, variant))) continue;
+        if (strcmp(rule->section, section) != 0 || (rule->applies && !nph_words_apply(rule->applies, variant)))
+            continue;
         if (!opened++) nph_json_array(json, "allOf");
         int count = split_rule(rule->alternatives, keys);
         assert(count > 0);

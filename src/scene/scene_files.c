@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The files a scene names: whether they are there is checked while reading, their contents are loaded once the scene
- * itself has no mistakes. A damaged file is named with its own message by its reader, then with its place in the scene. */
+ * itself has no mistakes. A damaged file is named by its reader with its own message, then with its place in the
+ * scene. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -54,9 +55,11 @@ static NphStatus load_les(NphContext *context, const NphSceneFile *file, NphGrid
     double lo[3], hi[3];
     NPH_TRY(nph_les_read(context, file->path, &les));
     NphStatus status = nph_cloud_extinction(context, &les, file->path, &density, lo, hi);
-    if (status == NPH_OK && file->centring == NPH_CENTRING_CELL) status = widen_to_cells(context, &les, file->path, lo, hi);
+    if (status == NPH_OK && file->centring == NPH_CENTRING_CELL)
+        status = widen_to_cells(context, &les, file->path, lo, hi);
     if (status == NPH_OK)
-        status = nph_grid_from_array(context, &density, lo, hi, file->centring, file->outside, file->lookup, file->path, grid);
+        status = nph_grid_from_array(context, &density, lo, hi, file->centring, file->outside, file->lookup, file->path,
+                                     grid);
     nph_array_free(context, &density);
     nph_les_free(context, &les);
     return status;
@@ -116,9 +119,10 @@ static void check_grid(NphSceneReader *reader, const NphSceneFile *file, NphMedi
     for (int i = 0; i < 3; i++) {
         double extinction = medium->extinction_per_m[i] * (double)medium->grid.max;
         if (extinction <= MOST_PER_M) continue;
-        nph_scene_mistake(reader, file->extinction_place, "extinction times the volume's largest density, %s, is %s 1/m; "
-                          "at most 1e9 1/m is allowed", nph_format_double((double)medium->grid.max, most),
-                          nph_format_double(extinction, product));
+        nph_scene_mistake(reader, file->extinction_place,
+                          "extinction times the volume's largest density, %s, is %s 1/m; "
+                          "at most 1e9 1/m is allowed",
+                          nph_format_double((double)medium->grid.max, most), nph_format_double(extinction, product));
         return;
     }
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Every key of a scene file. After a change run the test scene_docs with NEPHOS_UPDATE_DOCS=1 to renew docs/scene.md and
- * docs/scene.schema.json. */
+ * Every key of a scene file. After a change run the test scene_docs with NEPHOS_UPDATE_DOCS=1 to renew docs/scene.md
+ * and docs/scene.schema.json. */
 #include "scene/scene_keys.h"
 
 #define FAR_M 1e12       /* coordinates: beyond, an f64 cannot tell a tenth of a millimetre */

@@ -17,7 +17,8 @@ static void copy3(double to[3], const NphSceneValue *value) {
 
 static void read_sun_direction(NphSceneReader *reader, const NphSceneSection *section, NphLight *light) {
     const NphSceneValue *direction = nph_section_value(section, "direction");
-    const NphSceneValue *elevation = nph_section_value(section, "elevation"), *azimuth = nph_section_value(section, "azimuth");
+    const NphSceneValue *elevation = nph_section_value(section, "elevation"),
+                        *azimuth = nph_section_value(section, "azimuth");
     if (section->chosen[0] == 0 && direction) {
         if (!nph_vector_normalise(direction->number, light->direction))
             nph_scene_mistake(reader, direction->place, "direction has length 0; it points towards the sun");
@@ -47,7 +48,8 @@ static void read_sun(NphSceneReader *reader, const NphSceneSection *section, Nph
     nph_sincos2pi(diameter->number[0] / 720, &sine, &cosine);
     for (int i = 0; i < 3 && irradiance; i++) {
         if (light->irradiance[i] <= MOST_RADIANCE * PI * sine * sine) continue;
-        nph_scene_mistake(reader, irradiance->place, "irradiance gives a disc this small a radiance beyond 1e35 W/m2/sr");
+        nph_scene_mistake(reader, irradiance->place,
+                          "irradiance gives a disc this small a radiance beyond 1e35 W/m2/sr");
         return;
     }
 }

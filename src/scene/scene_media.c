@@ -70,7 +70,8 @@ static NphStatus read_shape(NphSceneReader *reader, const NphSceneSection *secti
 /* sigma_t = sigma_s + sigma_a, albedo = sigma_s / sigma_t (1 where nothing is, as the default albedo). */
 static void read_coefficients(NphSceneReader *reader, const NphSceneSection *section, NphMedium *medium,
                               NphSceneFile *volume) {
-    const NphSceneValue *extinction = nph_section_value(section, "extinction"), *albedo = nph_section_value(section, "albedo");
+    const NphSceneValue *extinction = nph_section_value(section, "extinction"),
+                        *albedo = nph_section_value(section, "albedo");
     const NphSceneValue *scattering = nph_section_value(section, "scattering");
     const NphSceneValue *absorption = nph_section_value(section, "absorption");
     if (section->chosen[1] == 0 && extinction && albedo) {

@@ -12,7 +12,8 @@
 #include "scene/scene_keys.h"
 
 enum { NPH_SECTION_KEYS = 20, NPH_SHOWN_MISTAKES = 50, NPH_QUOTE_BYTES = 64, NPH_SCENE_BYTES = 1 << 20 };
-#define NPH_SCENE_TOO_LARGE "a scene file has at most %d bytes, this one has %llu; volumes and images stand in files of their own"
+#define NPH_SCENE_TOO_LARGE \
+    "a scene file has at most %d bytes, this one has %llu; volumes and images stand in files of their own"
 
 typedef struct NphScenePlace {
     int line, column; /* from 1 */

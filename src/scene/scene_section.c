@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * All keys of one mapping after the table: first the key that decides the variant, then every pair (unknown, doubled and
- * misplaced keys are reported with what may have been meant), then what is missing, then which keys exclude each other. */
+ * All keys of one mapping after the table: first the key that decides the variant, then every pair (unknown, doubled
+ * and misplaced keys are reported with what may have been meant), then what is missing, then which keys exclude each
+ * other. */
 #include <stdio.h>
 #include <string.h>
 
@@ -66,7 +67,8 @@ static void report_unknown(NphSceneReader *reader, const NphSceneSection *sectio
                       section->info->place, hint, list);
 }
 
-static void read_pair(NphSceneReader *reader, NphSceneSection *section, const yaml_node_t *key, const yaml_node_t *node) {
+static void read_pair(NphSceneReader *reader, NphSceneSection *section, const yaml_node_t *key,
+                      const yaml_node_t *node) {
     char quote[NPH_QUOTE_BYTES];
     int any;
     if (key->type != YAML_SCALAR_NODE || strlen((const char *)key->data.scalar.value) != key->data.scalar.length) {
@@ -121,19 +123,20 @@ static void check_variant(NphSceneReader *reader, const NphSceneSection *section
 }
 
 static void check_missing(NphSceneReader *reader, NphSceneSection *section) {
-    char words[128];
     for (int i = 0; i < section->count; i++) {
         const NphSceneKey *key = &section->keys[i];
         NphSceneValue *value = &section->values[i];
         int unsure = section->variant_unknown && key->applies;
-        if (value->given || unsure || !nph_words_apply(key->applies, section->variant[0] ? section->variant : NULL)) continue;
+        if (value->given || unsure || !nph_words_apply(key->applies, section->variant[0] ? section->variant : NULL))
+            continue;
         value->place = section->place;
         nph_value_default(key, value);
         if (key->fallback != nph_key_required) continue;
-        snprintf(words, sizeof words, "%.100s", key->type == NPH_KEY_WORD ? key->words : "");
-        for (char *bar; (bar = strchr(words, '|'));) *bar = ',';
-        nph_scene_mistake(reader, section->place, "%s lacks %s%s%s%s", section->info->place, key->key,
-                          words[0] ? " (one of " : "", words, words[0] ? ")" : "");
+        char word[32], list[128] = "";
+        for (int n = 0; key->type == NPH_KEY_WORD && nph_words_get(key->words, n, word, sizeof word); n++)
+            snprintf(list + strlen(list), sizeof list - strlen(list), "%s%s", n ? ", " : " (one of ", word);
+        nph_scene_mistake(reader, section->place, "%s lacks %s%s%s", section->info->place, key->key, list,
+                          list[0] ? ")" : "");
     }
 }
 
@@ -154,8 +157,11 @@ static void describe_rule(const char *alternatives, char *text, size_t size) {
     char key[32];
     int alternative = 0, optional, last = -1;
     text[0] = 0;
-    for (const char *at = alternatives; (at = next_alternative(at, key, &alternative, &optional)); last = alternative)
-        snprintf(text + strlen(text), size - strlen(text), "%s%s", last < 0 ? "" : last == alternative ? " with " : ", or ", key);
+    for (const char *at = alternatives; (at = next_alternative(at, key, &alternative, &optional));) {
+        const char *link = last < 0 ? "" : last == alternative ? " with " : ", or ";
+        snprintf(text + strlen(text), size - strlen(text), "%s%s", link, key);
+        last = alternative;
+    }
 }
 
 static const NphSceneValue *value_written(const NphSceneSection *section, const char *key) {
@@ -200,8 +206,8 @@ int nph_section_read(NphSceneReader *reader, const yaml_node_t *node, const char
     section->place = nph_node_place(node);
     for (int i = 0; i < 4; i++) section->chosen[i] = -1;
     if (node->type != YAML_MAPPING_NODE) {
-        nph_scene_mistake(reader, section->place, "%s: %s where a mapping (key: value) is expected", section->info->place,
-                          nph_node_quote(node, quote));
+        nph_scene_mistake(reader, section->place, "%s: %s where a mapping (key: value) is expected",
+                          section->info->place, nph_node_quote(node, quote));
         return 0;
     }
     if (section->info->variant_key) find_variant(reader, section);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The steps of a transform, applied in the order they are written: world = last ... second first. Rotation about the unit
- * axis a by angle t: R = cos t I + sin t [a]x + (1 - cos t) a a^T (Rodrigues). */
+ * The steps of a transform, applied in the order they are written: world = last ... second first. Rotation about the
+ * unit axis a by angle t: R = cos t I + sin t [a]x + (1 - cos t) a a^T (Rodrigues). */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,8 +9,10 @@
 #include "scene/scene_read.h"
 
 static int refuse_in_layer(NphSceneReader *reader, NphScenePlace place, const char *what) {
-    nph_scene_mistake(reader, place, "%s would tilt or stretch a layer; a layer takes translate, a positive uniform scale, "
-                      "and rotate about z", what);
+    nph_scene_mistake(reader, place,
+                      "%s would tilt or stretch a layer; a layer takes translate, a positive uniform scale, "
+                      "and rotate about z",
+                      what);
     return 0;
 }
 

@@ -125,9 +125,10 @@ static int check_rising(NphSceneReader *reader, const NphSceneKey *key, const ya
     int right = 1;
     for (int i = 0; i < count; i++) {
         if (low[i] < high[i]) continue;
-        nph_scene_mistake(reader, nph_node_place(node), "%s is %s%s%s: from %s to %s; the first number is the lower one",
-                          key->key, low[i] == high[i] ? "flat" : "inverted", count > 1 ? " along " : "",
-                          count > 1 ? axes[i] : "", nph_format_double(low[i], a), nph_format_double(high[i], b));
+        nph_scene_mistake(reader, nph_node_place(node),
+                          "%s is %s%s%s: from %s to %s; the first number is the lower one", key->key,
+                          low[i] == high[i] ? "flat" : "inverted", count > 1 ? " along " : "", count > 1 ? axes[i] : "",
+                          nph_format_double(low[i], a), nph_format_double(high[i], b));
         right = 0;
     }
     return right;

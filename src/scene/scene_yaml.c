@@ -124,7 +124,8 @@ static void note_event(NphSceneReader *reader, Walk *walk, const yaml_event_t *e
     switch (event->type) {
     case YAML_DOCUMENT_START_EVENT:
         if (++walk->documents < 2) break;
-        nph_scene_mistake(reader, place_of_mark(event->start_mark), "a second document begins here; a scene file holds one");
+        nph_scene_mistake(reader, place_of_mark(event->start_mark),
+                          "a second document begins here; a scene file holds one");
         walk->stop = 1;
         break;
     case YAML_SCALAR_EVENT:

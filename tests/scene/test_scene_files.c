@@ -26,8 +26,8 @@ static NphScene *must_parse(NphContext *context, const char *text) {
 }
 
 static void check3(const double *values, double x, double y, double z) {
-    ck_assert_msg(values[0] == x && values[1] == y && values[2] == z, "%.17g %.17g %.17g, not %.17g %.17g %.17g", values[0],
-                  values[1], values[2], x, y, z);
+    ck_assert_msg(values[0] == x && values[1] == y && values[2] == z, "%.17g %.17g %.17g, not %.17g %.17g %.17g",
+                  values[0], values[1], values[2], x, y, z);
 }
 
 /* A volume of 4 x 3 x 2 (x, y, z) cells, value 1 + x + 10 y + 100 z, but the one at `odd`, which is `value`. */
@@ -75,7 +75,8 @@ START_TEST(a_volume_lies_where_its_box_and_transform_say) {
     const double *cell = m[0].world_from_medium, *point = m[1].world_from_medium;
     for (int axis = 0; axis < 3; axis++) {
         ck_assert_double_eq(cell[axis * 4] + cell[axis * 4 + 1] + cell[axis * 4 + 2] + cell[axis * 4 + 3], 1);
-        ck_assert_double_eq(point[axis * 4] + point[axis * 4 + 1] + point[axis * 4 + 2] + point[axis * 4 + 3], axis ? 0 : 10);
+        ck_assert_double_eq(point[axis * 4] + point[axis * 4 + 1] + point[axis * 4 + 2] + point[axis * 4 + 3],
+                            axis ? 0 : 10);
     }
     nph_scene_free(context, scene);
     nph_test_context_close(context);
@@ -127,8 +128,10 @@ START_TEST(the_reference_scenes_load_and_their_volumes_lie_where_they_should) {
         ck_assert_msg(nph_scene_load(context, nph_test_path(path), &scene) == NPH_OK, "%s", nph_test_messages());
         nph_scene_bounds(scene, lo, hi);
         for (int axis = 0; axis < 3; axis++) {
-            ck_assert_msg(lo[axis] == e->lo[axis] || fabs(lo[axis] - e->lo[axis]) < 1e-5, "%s %.17g", e->name, lo[axis]);
-            ck_assert_msg(hi[axis] == e->hi[axis] || fabs(hi[axis] - e->hi[axis]) < 1e-5, "%s %.17g", e->name, hi[axis]);
+            ck_assert_msg(lo[axis] == e->lo[axis] || fabs(lo[axis] - e->lo[axis]) < 1e-5, "%s %.17g", e->name,
+                          lo[axis]);
+            ck_assert_msg(hi[axis] == e->hi[axis] || fabs(hi[axis] - e->hi[axis]) < 1e-5, "%s %.17g", e->name,
+                          hi[axis]);
         }
         const NphGrid *grid = &scene->media[0].grid;
         ck_assert_msg(fabs((double)grid->max - e->max) <= 1e-5 * e->max, "%s max %.9g", e->name, (double)grid->max);
@@ -159,8 +162,16 @@ START_TEST(missing_and_damaged_files_are_named_with_their_place_in_the_scene) {
         "- {density: {file: negative.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n";
     ck_assert_int_eq(parse(context, text, &scene), NPH_BAD_INPUT);
     const char *messages = nph_test_messages();
-    static const char *const parts[] = {"s:4:20: this volume cannot be used", "s:6:20: ", "s:7:20: ", "s:8:20: ", "s:9:20: ",
-                                        "nan.npy", "cut.npy", "noise.nvdb", "empty.txt", "negative.npy"};
+    static const char *const parts[] = {"s:4:20: this volume cannot be used",
+                                        "s:6:20: ",
+                                        "s:7:20: ",
+                                        "s:8:20: ",
+                                        "s:9:20: ",
+                                        "nan.npy",
+                                        "cut.npy",
+                                        "noise.nvdb",
+                                        "empty.txt",
+                                        "negative.npy"};
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
         ck_assert_msg(strstr(messages, parts[i]) != NULL, "%s not in\n%s", parts[i], messages);
     ck_assert_ptr_null(strstr(messages, "s:5:"));
@@ -171,7 +182,8 @@ START_TEST(missing_and_damaged_files_are_named_with_their_place_in_the_scene) {
     ck_assert_ptr_nonnull(strstr(messages, "s:6:29: environment map 'none.exr' cannot be read: No such file"));
     ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: ., centring: cell}, extinction: 1}\n", &scene),
                      NPH_BAD_SCENE);
-    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: no.nvdb}, extinction: -1}\n", &scene), NPH_BAD_SCENE);
+    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: no.nvdb}, extinction: -1}\n", &scene),
+                     NPH_BAD_SCENE);
     messages = nph_test_messages();
     ck_assert_ptr_nonnull(strstr(messages, "no.nvdb")); /* told as well, although the scene itself is wrong */
     nph_test_context_close(context);
@@ -186,11 +198,14 @@ START_TEST(a_folder_in_place_of_a_volume_and_an_unknown_grid_are_refused) {
              nph_test_path("reference/data/cumulus/cumulus_300.zip.nvdb"));
     ck_assert_int_eq(parse(context, text, &scene), NPH_BAD_INPUT);
     const char *messages = nph_test_messages();
-    ck_assert_msg(strstr(messages, "temperature") && strstr(messages, "density") && strstr(messages, "s:4:20: "), "%s", messages);
+    ck_assert_msg(strstr(messages, "temperature") && strstr(messages, "density") && strstr(messages, "s:4:20: "), "%s",
+                  messages);
     snprintf(text, sizeof text, "mkdir '%s'", nph_test_temporary("folder.nvdb"));
     ck_assert_int_eq(system(text), 0);
-    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: folder.nvdb}, extinction: 1}\n", &scene), NPH_BAD_INPUT);
-    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:20: volume 'folder.nvdb' cannot be read: it is not a regular file"));
+    ck_assert_int_eq(parse(context, HEAD "media:\n- {density: {file: folder.nvdb}, extinction: 1}\n", &scene),
+                     NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(
+        strstr(nph_test_messages(), "s:4:20: volume 'folder.nvdb' cannot be read: it is not a regular file"));
     ck_assert_int_eq(remove(nph_test_temporary("folder.nvdb")), 0);
     nph_test_context_close(context);
 }
@@ -227,10 +242,13 @@ START_TEST(the_digest_sees_the_contents_of_volumes_and_not_their_names) {
     write_npy(context, "b.npy", -1, 0);
     write_npy(context, "c.npy", 17, 113.00001f);
     digest_of(context, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n", first);
-    digest_of(context, HEAD "media:\n- {extinction: 1, density: {box: [[0, 0, 0], [1, 1, 1]], outside: zero, centring: cell,\n"
-                            "   lookup: trilinear, file: ./b.npy}}\n", second);
+    digest_of(context,
+              HEAD "media:\n- {extinction: 1, density: {box: [[0, 0, 0], [1, 1, 1]], outside: zero, centring: cell,\n"
+                   "   lookup: trilinear, file: ./b.npy}}\n",
+              second);
     digest_of(context, HEAD "media:\n- {density: {file: c.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n", third);
-    digest_of(context, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]], lookup: nearest}, extinction: 1}\n",
+    digest_of(context,
+              HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]], lookup: nearest}, extinction: 1}\n",
               fourth);
     ck_assert_mem_eq(first, second, 16);
     ck_assert_mem_ne(first, third, 16);
@@ -285,7 +303,8 @@ START_TEST(maps_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
     NphScene *scene;
     ck_assert_int_eq(parse(context, environment_scene(SUNSET "dwaa.exr", ""), &scene), NPH_BAD_INPUT);
     const char *messages = nph_test_messages();
-    ck_assert_msg(strstr(messages, "DWAA") && strstr(messages, "s:4:29: this environment map cannot be used"), "%s", messages);
+    ck_assert_msg(strstr(messages, "DWAA") && strstr(messages, "s:4:29: this environment map cannot be used"), "%s",
+                  messages);
     ck_assert_int_eq(parse(context, environment_scene(SUNSET "zip.exr", ", scale: 1e35"), &scene), NPH_OK);
     nph_scene_free(context, scene);
     ck_assert_int_eq(parse(context, environment_scene("reference/data/env/exr_variants/sunset256.hdr", ""), &scene),
@@ -301,7 +320,8 @@ START_TEST(files_are_looked_up_beside_the_scene) {
     static const char text[] = HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n";
     write_bytes("scene.yaml", text, sizeof text - 1);
     NphScene *scene = NULL;
-    ck_assert_msg(nph_scene_load(context, nph_test_temporary("scene.yaml"), &scene) == NPH_OK, "%s", nph_test_messages());
+    ck_assert_msg(nph_scene_load(context, nph_test_temporary("scene.yaml"), &scene) == NPH_OK, "%s",
+                  nph_test_messages());
     ck_assert_str_eq(scene->name, "scene.yaml");
     nph_scene_free(context, scene);
     nph_test_context_close(context);

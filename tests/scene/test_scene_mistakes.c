@@ -163,7 +163,7 @@ static const Wrong wrong[] = {
 
     /* phase functions */
     {MEDIUM "    phase: hg\n", 6, 12, "phase is 'hg'; expected a mapping", 1},
-    {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic,hg,two_lobe,rayleigh)", 1},
+    {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic, hg, two_lobe, rayleigh)", 1},
     {MEDIUM "    phase: {type: hgg, g: 0.5}\n", 6, 19, "type: 'hgg' is not known; allowed: isotropic, hg, two_lobe, rayleigh; "
      "did you mean 'hg'?", 1},
     {MEDIUM "    phase: {type: hg}\n", 6, 12, "a phase function lacks g", 1},
@@ -210,14 +210,14 @@ static const Wrong wrong[] = {
     {HEAD "media:\n  - {density: {file: /dev/null/a.npy, grid: x, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n", 4, 39,
      "grid does not go with .npy files", 2},
     {HEAD "media:\n  - {density: {file: /dev/null/a.txt}, extinction: 1}\n", 4, 15,
-     "a density lacks centring (one of cell,point)", 2},
+     "a density lacks centring (one of cell, point)", 2},
     {HEAD "media:\n  - {density: {file: /dev/null/a.npy, box: [[0, 0, 0], [1, 1, 1]], centring: vdb}, extinction: 1}\n", 4,
      78, "centring: 'vdb' is not known; allowed: cell, point", 2},
     {HEAD "media:\n  - {density: {file: /dev/null/a.nvdb, lookup: linear}, extinction: 1}\n", 4, 48,
      "lookup: 'linear' is not known; allowed: trilinear, nearest; did you mean 'trilinear'?", 2},
 
     /* lights */
-    {LIGHTS "{}\n", 4, 5, "a light lacks type (one of sun,constant,environment,point)", 1},
+    {LIGHTS "{}\n", 4, 5, "a light lacks type (one of sun, constant, environment, point)", 1},
     {LIGHTS "{type: moon}\n", 4, 12, "type: 'moon' is not known; allowed: sun, constant, environment, point", 1},
     {LIGHTS "{type: 3}\n", 4, 12, "type: '3' is not known", 1},
     {LIGHTS "{type: [sun]}\n", 4, 12, "type is a list; expected a word", 1},

@@ -17,42 +17,44 @@ static NphScene *parse(NphContext *context, const char *text) {
 }
 
 static void check3(const double *values, double x, double y, double z) {
-    ck_assert_msg(values[0] == x && values[1] == y && values[2] == z, "%.17g %.17g %.17g, not %.17g %.17g %.17g", values[0],
-                  values[1], values[2], x, y, z);
+    ck_assert_msg(values[0] == x && values[1] == y && values[2] == z, "%.17g %.17g %.17g, not %.17g %.17g %.17g",
+                  values[0], values[1], values[2], x, y, z);
 }
 
 #define CAMERA "camera: {resolution: [4, 3], position: [0, -4, 0], look_at: [0, 0, 0], fov: 35}\n"
 #define HEAD "nephos: 1\n" CAMERA
 
-START_TEST(a_whole_scene_gives_the_values_it_writes) {
+static const char everything[] =
+    "nephos: 1\n"
+    "camera:\n"
+    "  type: orthographic\n"
+    "  resolution: [400, 300]\n"
+    "  position: [1, -2, .5]\n"
+    "  direction: [0, 3, 0]\n"
+    "  extent: 2.0\n"
+    "  crop: [10, 20, 30, 40]\n"
+    "media:\n"
+    "  - name: fog\n"
+    "    box: [[-1, -2, -3], [1, 2, +3]]\n"
+    "    extinction: [1e1, 20, 30.5]\n"
+    "    albedo: [0, .5, 1]\n"
+    "    phase: {type: two_lobe, g: 0.85, g2: -0.3, weight: 0.9}\n"
+    "  - layer: [100, 200]\n"
+    "    scattering: [3, 0, 0]\n"
+    "    absorption: [1, 2, 0]\n"
+    "    phase: {type: rayleigh}\n"
+    "  - box: [[0, 0, 0], [1, 1, 1]]\n"
+    "    extinction: 0\n"
+    "lights:\n"
+    "  - {type: sun, direction: [0, 0, 5], irradiance: [3, 2, 1], angular_diameter: 60}\n"
+    "  - {type: constant, radiance: 1e35, hemisphere: lower}\n"
+    "  - {type: point, position: [7, 8, 9], intensity: 1e-30}\n"
+    "  - {type: sun, elevation: 90, azimuth: 17, irradiance: 1}\n"
+    "render: {samples: 100, seed: 4294967295}\n";
+
+START_TEST(the_camera_is_what_the_scene_writes) {
     NphContext *context = nph_test_context(1);
-    NphScene *scene = parse(context,
-        "nephos: 1\n"
-        "camera:\n"
-        "  type: orthographic\n"
-        "  resolution: [400, 300]\n"
-        "  position: [1, -2, .5]\n"
-        "  direction: [0, 3, 0]\n"
-        "  extent: 2.0\n"
-        "  crop: [10, 20, 30, 40]\n"
-        "media:\n"
-        "  - name: fog\n"
-        "    box: [[-1, -2, -3], [1, 2, +3]]\n"
-        "    extinction: [1e1, 20, 30.5]\n"
-        "    albedo: [0, .5, 1]\n"
-        "    phase: {type: two_lobe, g: 0.85, g2: -0.3, weight: 0.9}\n"
-        "  - layer: [100, 200]\n"
-        "    scattering: [3, 0, 0]\n"
-        "    absorption: [1, 2, 0]\n"
-        "    phase: {type: rayleigh}\n"
-        "  - box: [[0, 0, 0], [1, 1, 1]]\n"
-        "    extinction: 0\n"
-        "lights:\n"
-        "  - {type: sun, direction: [0, 0, 5], irradiance: [3, 2, 1], angular_diameter: 60}\n"
-        "  - {type: constant, radiance: 1e35, hemisphere: lower}\n"
-        "  - {type: point, position: [7, 8, 9], intensity: 1e-30}\n"
-        "  - {type: sun, elevation: 90, azimuth: 17, irradiance: 1}\n"
-        "render: {samples: 100, seed: 4294967295}\n");
+    NphScene *scene = parse(context, everything);
     ck_assert_str_eq(scene->name, "name.yaml");
     const NphSensor *s = &scene->sensor;
     ck_assert_int_eq(s->kind, NPH_SENSOR_ORTHOGRAPHIC);
@@ -63,6 +65,14 @@ START_TEST(a_whole_scene_gives_the_values_it_writes) {
     check3(s->right, 1, 0, 0);
     check3(s->up, 0, 0, 1);
     ck_assert(s->half_size[1] == 1 && s->half_size[0] == 1 * (400.0 / 300.0));
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(the_media_are_what_the_scene_writes) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, everything);
     ck_assert_int_eq(scene->medium_count, 3);
     const NphMedium *m = scene->media;
     ck_assert_str_eq(m[0].name, "fog");
@@ -83,6 +93,14 @@ START_TEST(a_whole_scene_gives_the_values_it_writes) {
     check3(m[2].albedo, 1, 1, 1);
     ck_assert_int_eq(m[2].phase.kind, NPH_PHASE_ISOTROPIC);
     for (int i = 0; i < 12; i++) ck_assert(m[0].world_from_medium[i] == (i == 0 || i == 5 || i == 10));
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(the_lights_and_the_run_are_what_the_scene_writes) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, everything);
     ck_assert_int_eq(scene->light_count, 4);
     const NphLight *l = scene->lights;
     ck_assert_int_eq(l[0].kind, NPH_LIGHT_SUN);
@@ -107,7 +125,8 @@ START_TEST(left_out_keys_take_their_defaults) {
     NphContext *context = nph_test_context(1);
     NphScene *scene = parse(context, HEAD "media: []\nlights:\n- {type: constant, radiance: 1}\n");
     ck_assert_int_eq(scene->sensor.kind, NPH_SENSOR_PERSPECTIVE);
-    ck_assert(scene->sensor.crop[0] == 0 && scene->sensor.crop[1] == 0 && scene->sensor.crop[2] == 4 && scene->sensor.crop[3] == 3);
+    ck_assert(scene->sensor.crop[0] == 0 && scene->sensor.crop[1] == 0 && scene->sensor.crop[2] == 4 &&
+              scene->sensor.crop[3] == 3);
     ck_assert(scene->medium_count == 0 && scene->light_count == 1);
     ck_assert_int_eq(scene->lights[0].hemisphere, 0);
     ck_assert(scene->default_spp == 64 && scene->default_seed == 1);
@@ -121,8 +140,9 @@ END_TEST
 
 START_TEST(the_frame_is_orthonormal_and_the_field_of_view_is_that_of_the_shorter_side) {
     NphContext *context = nph_test_context(1);
-    NphScene *scene = parse(context, "nephos: 1\ncamera: {resolution: [300, 600], position: [1, 2, 3], look_at: [-4, 1, 0.5], "
-                                     "up: [0.1, 0.2, 1], fov: 90}\n");
+    NphScene *scene =
+        parse(context, "nephos: 1\ncamera: {resolution: [300, 600], position: [1, 2, 3], look_at: [-4, 1, 0.5], "
+                       "up: [0.1, 0.2, 1], fov: 90}\n");
     const NphSensor *s = &scene->sensor;
     const double *axes[3] = {s->right, s->up, s->forward};
     for (int i = 0; i < 3; i++)
@@ -240,7 +260,8 @@ START_TEST(an_inverse_undoes_its_map_and_singular_maps_have_none) {
     double flat[12] = {1, 2, 3, 0, 2, 4, 7, 0, 3, 6, 1, 0}, kept = inverse[5];
     ck_assert(!nph_affine_invert(flat, inverse));
     ck_assert(inverse[5] == kept);
-    double nearly[12] = {1, 1, 0, 0, 1, 1 + 1e-13, 0, 0, 0, 0, 1, 0}, barely[12] = {1, 1, 0, 0, 1, 1 + 1e-11, 0, 0, 0, 0, 1, 0};
+    double nearly[12] = {1, 1, 0, 0, 1, 1 + 1e-13, 0, 0, 0, 0, 1, 0},
+           barely[12] = {1, 1, 0, 0, 1, 1 + 1e-11, 0, 0, 0, 0, 1, 0};
     ck_assert(!nph_affine_invert(nearly, inverse));
     ck_assert(inverse[5] == kept);
     ck_assert(nph_affine_invert(barely, inverse));
@@ -265,13 +286,15 @@ static void check_same_digest(NphContext *context, const char *a, const char *b,
 /* The scene PLAIN in other words. */
 static const char reordered[] =
     "lights:\r\n- {irradiance: [3.0, 3e0, 30e-1], direction: [-0, 0, 2], type: \"sun\", angular_diameter: 0}\r\n"
-    "camera:\r\n  fov: 35\r\n  up: [0, 0, 1]\r\n  type: perspective\r\n  direction: [0, 5, 0]\r\n  position: [0, -4, 0]\r\n"
+    "camera:\r\n  fov: 35\r\n  up: [0, 0, 1]\r\n  type: perspective\r\n  direction: [0, 5, 0]\r\n  position: [0, -4, "
+    "0]\r\n"
     "  resolution: [4, 3]\r\n  crop: [0, 0, 4, 3]\r\nnephos: 1\r\n"
-    "media:\r\n- {name: other, scattering: 2, box: [[0, 0, 0], [1, 1, 1]], phase: {type: isotropic}, transform: []}\r\n";
-static const char json[] =
-    "{\"nephos\": 1, \"camera\": {\"resolution\": [4, 3], \"position\": [0, -4, 0],\n\t\"look_at\": [0, 0, 0], \"fov\": 35},\n"
-    "\"media\": [{\"box\": [[0, 0, 0], [1, 1, 1]], \"extinction\": 2, \"albedo\": 1.0}],\n"
-    "\"lights\": [{\"type\": \"sun\", \"direction\": [0, 0, 1], \"irradiance\": 3}]}";
+    "media:\r\n- {name: other, scattering: 2, box: [[0, 0, 0], [1, 1, 1]], phase: {type: isotropic}, transform: "
+    "[]}\r\n";
+static const char json[] = "{\"nephos\": 1, \"camera\": {\"resolution\": [4, 3], \"position\": [0, -4, "
+                           "0],\n\t\"look_at\": [0, 0, 0], \"fov\": 35},\n"
+                           "\"media\": [{\"box\": [[0, 0, 0], [1, 1, 1]], \"extinction\": 2, \"albedo\": 1.0}],\n"
+                           "\"lights\": [{\"type\": \"sun\", \"direction\": [0, 0, 1], \"irradiance\": 3}]}";
 static const char aliases[] =
     "nephos: 1\nlights:\n- {type: sun, direction: [0, &o 0, &n 1], irradiance: &i [3, 3, 3]}\n" CAMERA
     "media:\n- box: [[0, 0, 0], [1, 1, *n]]\n  extinction: [2, 2, 2]\n";
@@ -312,9 +335,10 @@ END_TEST
 
 START_TEST(the_callers_rounding_changes_nothing_and_stays) {
     NphContext *context = nph_test_context(1);
-    static const char text[] = HEAD "media:\n- box: [[0.1, 0.1, 0.1], [0.3, 0.7, 0.9]]\n  scattering: 0.1\n  absorption: 0.7\n"
-                               "  transform: [{rotate: {axis: [1, 2, 3], angle: 77}}]\n"
-                               "lights:\n- {type: sun, elevation: 31, azimuth: 7, irradiance: 0.1, angular_diameter: 0.53}\n";
+    static const char text[] =
+        HEAD "media:\n- box: [[0.1, 0.1, 0.1], [0.3, 0.7, 0.9]]\n  scattering: 0.1\n  absorption: 0.7\n"
+             "  transform: [{rotate: {axis: [1, 2, 3], angle: 77}}]\n"
+             "lights:\n- {type: sun, elevation: 31, azimuth: 7, irradiance: 0.1, angular_diameter: 0.53}\n";
     NphScene *nearest = parse(context, text);
     fesetround(FE_UPWARD);
     NphScene *upward = parse(context, text);
@@ -349,7 +373,9 @@ START_TEST(text_without_a_terminating_nul_is_read_to_its_size_only) {
 END_TEST
 
 static void fill(TCase *cases) {
-    tcase_add_test(cases, a_whole_scene_gives_the_values_it_writes);
+    tcase_add_test(cases, the_camera_is_what_the_scene_writes);
+    tcase_add_test(cases, the_media_are_what_the_scene_writes);
+    tcase_add_test(cases, the_lights_and_the_run_are_what_the_scene_writes);
     tcase_add_test(cases, left_out_keys_take_their_defaults);
     tcase_add_test(cases, the_frame_is_orthonormal_and_the_field_of_view_is_that_of_the_shorter_side);
     tcase_add_test(cases, directions_far_from_unit_length_are_normalised_without_loss);
