@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "field/sample.h"
-#include "truth/path/path_state.h"
+#include "truth/path/path_lanes.h"
 
 size_t NPH_KERNEL(nph_path_scene_bytes)(void);
 void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice, void *memory);
@@ -32,9 +32,8 @@ static void prepare_medium(const NphMedium *medium, const double origin[3], uint
         out->from_local[4 * a + 3] = (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2]);
         double lo = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo[a] : medium->lo[a];
         double hi = medium->shape == NPH_SHAPE_GRID ? medium->grid.hi[a] : medium->hi[a];
-        out->bounded[a] = lo > -huge && hi < huge;
-        out->lo[a] = out->bounded[a] ? (Real)lo : R(0.0);
-        out->hi[a] = out->bounded[a] ? (Real)hi : R(0.0);
+        out->lo[a] = lo > -huge ? (Real)lo : -R_FAR;
+        out->hi[a] = hi < huge ? (Real)hi : R_FAR;
     }
     double largest = 0.0;
     for (int c = 0; c < 3; c++) largest = medium->extinction_per_m[c] > largest ? medium->extinction_per_m[c] : largest;
@@ -126,6 +125,16 @@ static size_t place(NphPathBatch *batch, char *memory) {
     PLACE(batch->medium, ints);
     PLACE(batch->queue, ints);
     PLACE(batch->escaped, ints);
+    for (int a = 0; a < 3; a++) {
+        PLACE(batch->ray[a], reals);
+        PLACE(batch->towards[a], reals);
+        PLACE(batch->arriving[a], reals);
+    }
+    PLACE(batch->reach, reals);
+    PLACE(batch->carried, reals);
+    PLACE(batch->passed, reals);
+    PLACE(batch->ray_id, ints);
+    PLACE(batch->flights, (sizeof(RFlights) + 63) / 64 * 64);
     PLACE(batch->samples, reals * NPH_SAMPLE_FIELDS);
     PLACE(batch->start, reals);
 #undef PLACE

@@ -4,7 +4,7 @@
  * so far; the nearest is the path's [superposition of Poisson processes]. For chromatic media the flight is walked once
  * more up to where it ended, to tell what the other channels would have made of it.
  * [paths.p, d, hero -> distance, medium, paths.weight, share; queue, escaped] */
-#include "truth/path/path_walk.h"
+#include "truth/path/path_lanes.h"
 
 void NPH_KERNEL(nph_path_track)(NphPathBatch *batch);
 
@@ -38,10 +38,74 @@ static void track_factors(NphPathBatch *batch, int i, const Real p[3], const Rea
     apply_factors(paths, i, factor);
 }
 
-void NPH_KERNEL(nph_path_track)(NphPathBatch *batch) {
+/* One medium for channels that are alike, path by path; paths.distance and medium are what the media before left. */
+static void fly_one_by_one(NphPathBatch *batch, int m, const RStream *base) {
+    const RScene *scene = batch->scene;
+    const RPaths *paths = &batch->paths[batch->now];
+    for (int i = 0; i < batch->count; i++) {
+        Real p[3] = {paths->p[0][i], paths->p[1][i], paths->p[2][i]};
+        Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
+        RStream stream = *base;
+        stream.pixel = r_pixel(batch, paths->id[i]);
+        stream.sample = r_sample(batch, paths->id[i]);
+        REvents events = r_events(&stream, 0, scene->media[m].number);
+        Real t = r_free_flight(&scene->media[m], p, d, batch->distance[i], paths->hero[i], &events, &batch->tally);
+        batch->medium[i] = t >= R(0.0) ? m : batch->medium[i];
+        batch->distance[i] = t >= R(0.0) ? t : batch->distance[i];
+    }
+}
+
+/* The closed form for all paths: t = near - ln(1 - u) / sigma. */
+static void fly_homogeneous(const RMedium *restrict medium, const RPaths *paths, const RTile *restrict tile,
+                            const RStream *restrict stream, Real *restrict distance, int32_t *restrict medium_of) {
+    const Real *restrict p0 = paths->p[0], *restrict p1 = paths->p[1], *restrict p2 = paths->p[2];
+    const Real *restrict d0 = paths->d[0], *restrict d1 = paths->d[1], *restrict d2 = paths->d[2];
+    const int32_t *restrict id = paths->id;
+    Real sigma = medium->sigma[0];
+    for (int i = 0; i < tile->count; i++) { /* vec */
+        Real p[3] = {p0[i], p1[i], p2[i]}, d[3] = {d0[i], d1[i], d2[i]};
+        RSpan span = r_clip(medium, p, d, distance[i]);
+        NphWords words = nph_philox(stream->key[0], stream->key[1], r_tile_pixel(tile, id[i]), r_tile_sample(tile, id[i]),
+                                    stream->vertex, stream->draw);
+        Real t = span.near + r_event_depth(words.w0) / sigma;
+        int hits = span.inside & (t < span.far);
+        distance[i] = hits ? t : distance[i];
+        medium_of[i] = hits ? tile->medium : medium_of[i];
+    }
+}
+
+static void track_grey(NphPathBatch *batch) {
     const RScene *scene = batch->scene;
     RPaths *paths = &batch->paths[batch->now];
-    int queued = 0, left = 0;
+    RStream stream = r_stream(scene, NPH_RNG_TRACK, 0, 0, batch->vertex);
+    for (int i = 0; i < batch->count; i++) batch->distance[i] = R_HUGE;
+    for (int i = 0; i < batch->count; i++) batch->medium[i] = -1;
+    for (int m = 0; m < scene->medium_count; m++) {
+        const RMedium *medium = &scene->media[m];
+        stream.draw = medium->number << NPH_DRAW_MEDIUM_SHIFT;
+        if (!(medium->sigma[0] > R(0.0))) continue;
+        if (batch->count <= R_FEW) {
+            fly_one_by_one(batch, m, &stream);
+        } else if (medium->shape != NPH_SHAPE_GRID) {
+            RTile tile = r_tile(batch, batch->count, m);
+            fly_homogeneous(medium, paths, &tile, &stream, batch->distance, batch->medium);
+            batch->tally.tentative += batch->count;
+        } else {
+            RFlights *flights = batch->flights;
+            flights->scene = scene;
+            flights->medium = medium;
+            flights->stream = stream;
+            flights->batch = batch;
+            flights->rays = (RRays){{paths->p[0], paths->p[1], paths->p[2]}, {paths->d[0], paths->d[1], paths->d[2]},
+                                    batch->distance, NULL, paths->id, batch->count};
+            r_flights_run(flights, &batch->tally, 0, batch->medium, m);
+        }
+    }
+}
+
+static void track_wide(NphPathBatch *batch) {
+    const RScene *scene = batch->scene;
+    RPaths *paths = &batch->paths[batch->now];
     for (int i = 0; i < batch->count; i++) {
         Real p[3] = {paths->p[0][i], paths->p[1][i], paths->p[2][i]};
         Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
@@ -57,11 +121,19 @@ void NPH_KERNEL(nph_path_track)(NphPathBatch *batch) {
         }
         batch->distance[i] = nearest;
         batch->medium[i] = hit;
-        if (scene->channels > 1) track_factors(batch, i, p, d, &stream);
+        track_factors(batch, i, p, d, &stream);
+    }
+}
+
+void NPH_KERNEL(nph_path_track)(NphPathBatch *batch) {
+    int queued = 0, left = 0;
+    if (batch->scene->channels > 1) track_wide(batch);
+    else track_grey(batch);
+    for (int i = 0; i < batch->count; i++) {
         batch->queue[queued] = i;
         batch->escaped[left] = i;
-        queued += hit >= 0;
-        left += hit < 0;
+        queued += batch->medium[i] >= 0;
+        left += batch->medium[i] < 0;
     }
     batch->queued = queued;
     batch->left = left;

@@ -4,6 +4,7 @@
  * what scatters towards the path: weight * albedo * p(cos) * T * L / pdf, weighted against finding the light by the
  * phase function. At a flux sensor the same with the cosine's density in place of the phase function.
  * [paths, queue, distance, medium -> samples] */
+#include "truth/path/path_lanes.h"
 #include "truth/path/path_lights.h"
 
 void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light, int at_sensor);
@@ -19,11 +20,92 @@ static Real vertex_density(const NphPathBatch *batch, int i, const Real d[3], co
     return r_phase_at(&scene->media[batch->medium[i]].phase, r_angle_between(d, to));
 }
 
-void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light_number, int at_sensor) {
+/* Grey transport, 1: a light sample for each vertex, and what it would add unhindered. passed: 1, or 0 where that is
+ * nothing. */
+static void sample_grey(NphPathBatch *batch, int light_number, int count, int at_sensor, uint32_t vertex) {
     const RScene *scene = batch->scene;
     const RLight *light = &scene->lights[light_number];
     const RPaths *paths = &batch->paths[batch->now];
-    int wide = scene->channels > 1, count = at_sensor ? batch->count : batch->queued;
+    for (int k = 0; k < count; k++) {
+        int i = at_sensor ? k : batch->queue[k];
+        int32_t id = paths->id[i];
+        Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]}, p[3];
+        Real travelled = at_sensor ? R(0.0) : batch->distance[i];
+        for (int a = 0; a < 3; a++) p[a] = paths->p[a][i] + travelled * d[a];
+        RStream stream = r_stream(scene, NPH_RNG_LIGHT, r_pixel(batch, id), r_sample(batch, id), vertex);
+        stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT;
+        RLightSample sample;
+        r_sample_light(light, p, &stream, &sample);
+        Real density = vertex_density(batch, i, d, sample.d, at_sensor);
+        Real balance = sample.pdf < R(0.0) ? R(1.0) : sample.pdf / (sample.pdf + density);
+        Real albedo = at_sensor ? R(1.0) : scene->media[batch->medium[i]].albedo[0];
+        Real weight = paths->weight[0][i] * albedo * density * balance;
+        Real largest = R(0.0);
+        for (int c = 0; c < 3; c++) {
+            batch->arriving[c][k] = sample.value[c];
+            largest = r_max(largest, weight * sample.value[c]);
+        }
+        for (int a = 0; a < 3; a++) {
+            batch->ray[a][k] = p[a];
+            batch->towards[a][k] = sample.d[a];
+        }
+        batch->reach[k] = sample.distance;
+        batch->carried[k] = weight;
+        batch->ray_id[k] = id;
+        batch->passed[k] = largest > R(0.0) ? R(1.0) : R(0.0);
+    }
+}
+
+/* 2: their transmittances. */
+static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light_number, int count) {
+    const RScene *scene = batch->scene;
+    const RMedium *medium = &scene->media[m];
+    if (count > R_FEW && medium->shape == NPH_SHAPE_GRID) {
+        RFlights *flights = batch->flights;
+        flights->scene = scene;
+        flights->medium = medium;
+        flights->stream = *base;
+        flights->stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT | medium->number << NPH_DRAW_MEDIUM_SHIFT;
+        flights->batch = batch;
+        flights->rays = (RRays){{batch->ray[0], batch->ray[1], batch->ray[2]},
+                                {batch->towards[0], batch->towards[1], batch->towards[2]},
+                                batch->reach, batch->passed, batch->ray_id, count};
+        r_flights_run(flights, &batch->tally, 1, NULL, m);
+        return;
+    }
+    for (int k = 0; k < count; k++) {
+        Real p[3] = {batch->ray[0][k], batch->ray[1][k], batch->ray[2][k]}, T[3] = {batch->passed[k], R(0.0), R(0.0)};
+        Real d[3] = {batch->towards[0][k], batch->towards[1][k], batch->towards[2][k]};
+        if (!(T[0] > R(0.0))) continue;
+        RStream stream = *base;
+        stream.pixel = r_pixel(batch, batch->ray_id[k]);
+        stream.sample = r_sample(batch, batch->ray_id[k]);
+        REvents events = r_events(&stream, light_number, medium->number);
+        r_transmittance(medium, p, d, batch->reach[k], scene, &events, T, &batch->tally);
+        batch->passed[k] = T[0];
+    }
+}
+
+static void shadow_grey(NphPathBatch *batch, int light_number, int at_sensor) {
+    const RScene *scene = batch->scene;
+    int count = at_sensor ? batch->count : batch->queued;
+    uint32_t vertex = batch->vertex + (at_sensor ? 0u : 1u);
+    RStream stream = r_stream(scene, NPH_RNG_SHADOW, 0, 0, vertex);
+    sample_grey(batch, light_number, count, at_sensor, vertex);
+    for (int m = 0; m < scene->medium_count; m++) pass_grey(batch, m, &stream, light_number, count);
+    for (int k = 0; k < count; k++) {
+        Real arrives = batch->carried[k] * batch->passed[k];
+        Real weight[3] = {arrives, arrives, arrives};
+        Real value[3] = {batch->arriving[0][k], batch->arriving[1][k], batch->arriving[2][k]};
+        if (batch->passed[k] > R(0.0)) r_add_light(batch, batch->ray_id[k], weight, value, vertex);
+    }
+}
+
+static void shadow_wide(NphPathBatch *batch, int light_number, int at_sensor) {
+    const RScene *scene = batch->scene;
+    const RLight *light = &scene->lights[light_number];
+    const RPaths *paths = &batch->paths[batch->now];
+    int count = at_sensor ? batch->count : batch->queued;
     uint32_t vertex = batch->vertex + (at_sensor ? 0u : 1u);
     for (int k = 0; k < count; k++) {
         int i = at_sensor ? k : batch->queue[k];
@@ -37,10 +119,10 @@ void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light_number, int at_s
         r_sample_light(light, p, &stream, &sample);
         Real density = vertex_density(batch, i, d, sample.d, at_sensor);
         Real balance = sample.pdf < R(0.0) ? R(1.0) : sample.pdf / (sample.pdf + density);
-        Real weight[3], T[3] = {R(1.0), wide ? R(1.0) : R(0.0), wide ? R(1.0) : R(0.0)}, largest = R(0.0);
+        Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
         for (int c = 0; c < 3; c++) {
             Real albedo = at_sensor ? R(1.0) : scene->media[batch->medium[i]].albedo[c];
-            weight[c] = paths->weight[wide ? c : 0][i] * albedo * density * balance;
+            weight[c] = paths->weight[c][i] * albedo * density * balance;
             largest = r_max(largest, weight[c] * sample.value[c]);
         }
         if (!(largest > R(0.0))) continue;
@@ -49,7 +131,12 @@ void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light_number, int at_s
             REvents events = r_events(&stream, light_number, scene->media[m].number);
             r_transmittance(&scene->media[m], p, sample.d, sample.distance, scene, &events, T, &batch->tally);
         }
-        for (int c = 0; c < 3; c++) weight[c] *= T[wide ? c : 0];
+        for (int c = 0; c < 3; c++) weight[c] *= T[c];
         r_add_light(batch, id, weight, sample.value, vertex);
     }
+}
+
+void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light_number, int at_sensor) {
+    if (batch->scene->channels > 1) shadow_wide(batch, light_number, at_sensor);
+    else shadow_grey(batch, light_number, at_sensor);
 }

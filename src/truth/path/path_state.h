@@ -23,10 +23,10 @@ enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1
 
 /* Density rho (1 for box and layer); the extinction of channel c is rho * sigma[c]. */
 typedef struct RMedium {
-    int shape, bounded[3];
+    int shape;
     uint32_t number;            /* in the scene: names the random stream */
     Real from_local[12];        /* medium space (lattice space for a grid) from scene-local space */
-    Real lo[3], hi[3];
+    Real lo[3], hi[3];          /* its box in medium space; -R_FAR, R_FAR where it has no end */
     Real sigma[3], sigma_max, ratio[3]; /* ratio = sigma / sigma_max */
     Real albedo[3];
     RPhase phase;
@@ -80,6 +80,11 @@ struct NphPathBatch {
     int32_t *medium;           /* in which it happens */
     int32_t *queue, *escaped;  /* positions of the paths that collide, that leave */
     int queued, left;
+    Real *ray[3], *towards[3]; /* rays from vertices to a light: [4096] each, as the three below */
+    Real *reach, *carried, *passed; /* how far the light is; what arrives per radiance if nothing stops it; transmittance */
+    Real *arriving[3];         /* radiance over density of the light sample */
+    int32_t *ray_id;
+    void *flights;             /* RFlights (path_lanes.h) */
     Real *samples;             /* [NPH_SAMPLE_FIELDS][4096] */
     Real *start;               /* [4096], by id: distance from the camera to where the path began */
     NphPathTally tally;
@@ -93,6 +98,24 @@ static inline uint32_t r_pixel(const NphPathBatch *batch, int32_t id) {
 static inline uint32_t r_sample(const NphPathBatch *batch, int32_t id) {
     return batch->first_sample + (uint32_t)(id & 15);
 }
+
+/* The same from copies that a loop over lanes can hold in registers; medium: a number that the loop writes. */
+typedef struct RTile {
+    int32_t x, y, width;
+    uint32_t first_sample;
+    int32_t count, medium;
+} RTile;
+
+static inline RTile r_tile(const NphPathBatch *batch, int count, int medium) {
+    RTile tile = {batch->tile_x, batch->tile_y, batch->scene->width, batch->first_sample, count, medium};
+    return tile;
+}
+
+static inline uint32_t r_tile_pixel(const RTile *tile, int32_t id) {
+    return (uint32_t)(tile->y + (id >> 8)) * (uint32_t)tile->width + (uint32_t)(tile->x + ((id >> 4) & 15));
+}
+
+static inline uint32_t r_tile_sample(const RTile *tile, int32_t id) { return tile->first_sample + (uint32_t)(id & 15); }
 
 /* Where a random stream stands: all of key and counter but the block. */
 typedef struct RStream {

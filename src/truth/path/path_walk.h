@@ -17,120 +17,118 @@
 #include "truth/path/path_state.h"
 
 #define R_HUGE R(1e30)
+#define R_FAR R(1e36)
 #define R_STILL R(1e-30) /* a direction component below this does not move */
 
 /* The part [near, far] of a ray inside a medium, and the ray in the medium's space; directions are not normalised
- * there, so distances stay metres. */
+ * there, so distances stay metres. inv = 1 / d, and R_HUGE along an axis that the ray does not move along: a plane
+ * ahead is then never reached. A ray that runs within the upper face of the box is outside. */
 typedef struct RSpan {
     Real o[3], d[3], inv[3];
     Real near, far;
+    int inside;
 } RSpan;
 
-static inline void r_to_medium(const RMedium *medium, const Real p[3], const Real d[3], RSpan *span) {
+static inline void r_clip_axis(Real o, Real inv, Real lo, Real hi, RSpan *span) {
+    int moving = inv < R_HUGE;
+    Real t0 = (lo - o) * inv, t1 = (hi - o) * inv;
+    Real first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
+    first = moving ? first : R(0.0);
+    last = moving ? last : R_HUGE;
+    span->near = first > span->near ? first : span->near;
+    span->far = last < span->far ? last : span->far;
+    span->inside &= moving | ((o >= lo) & (o < hi));
+}
+
+/* The ray in the medium's space, clipped to [0, limit] and the medium's box; inside 0 when nothing is left. */
+static inline RSpan r_clip(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
     const Real *m = medium->from_local;
+    RSpan span;
+    span.near = R(0.0);
+    span.far = limit;
+    span.inside = 1;
     for (int a = 0; a < 3; a++) {
-        span->o[a] = m[4 * a] * p[0] + m[4 * a + 1] * p[1] + m[4 * a + 2] * p[2] + m[4 * a + 3];
-        span->d[a] = m[4 * a] * d[0] + m[4 * a + 1] * d[1] + m[4 * a + 2] * d[2];
+        span.o[a] = m[4 * a] * p[0] + m[4 * a + 1] * p[1] + m[4 * a + 2] * p[2] + m[4 * a + 3];
+        span.d[a] = m[4 * a] * d[0] + m[4 * a + 1] * d[1] + m[4 * a + 2] * d[2];
+        Real inv = R(1.0) / span.d[a];
+        span.inv[a] = r_abs(span.d[a]) > R_STILL ? inv : R_HUGE;
+        r_clip_axis(span.o[a], span.inv[a], medium->lo[a], medium->hi[a], &span);
     }
+    span.inside &= span.near < span.far;
+    return span;
 }
 
-/* Clips [0, limit] to the medium's box; 0 when nothing is left. */
-static inline int r_clip(const RMedium *medium, const Real p[3], const Real d[3], Real limit, RSpan *span) {
-    r_to_medium(medium, p, d, span);
-    Real near = R(0.0), far = limit;
-    int inside = 1;
-    for (int a = 0; a < 3; a++) {
-        int moving = r_abs(span->d[a]) > R_STILL;
-        Real inv = R(1.0) / (moving ? span->d[a] : R(1.0));
-        span->inv[a] = inv;
-        if (!medium->bounded[a]) continue;
-        Real t0 = (medium->lo[a] - span->o[a]) * inv, t1 = (medium->hi[a] - span->o[a]) * inv;
-        Real first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
-        if (moving) {
-            near = first > near ? first : near;
-            far = last < far ? last : far;
-        } else if (span->o[a] < medium->lo[a] || span->o[a] > medium->hi[a]) {
-            inside = 0;
-        }
-    }
-    span->near = near;
-    span->far = far;
-    return inside && near < far;
-}
-
-/* Where a walk stands in the majorant grid. */
+/* Where a walk stands in the majorant grid: its cell, how far along the ray, and the optical depth of the majorant still
+ * to go to the next tentative collision. */
 typedef struct RWalk {
-    int32_t cell[3];
-    Real t, exit;
-    Real majorant;  /* of the density in this cell; 0: empty */
-    int32_t step;   /* cells crossed at once: 1, or more in empty space */
-    int32_t axis;   /* through whose plane the ray leaves; -1: it ends before */
+    int32_t c0, c1, c2;
+    int state;
+    Real t, depth, majorant; /* majorant: of the density in the cell where a tentative collision happens */
 } RWalk;
+enum { R_WALKING, R_COLLIDES, R_LEFT };
 
-static inline int32_t r_cell_of(Real u, int32_t n) {
-    int32_t cell = (int32_t)r_clamp(u * R(0.25), R(0.0), (Real)(n - 1));
-    return cell;
+static inline int32_t r_cell_of(Real u, int32_t n) { return (int32_t)r_clamp(u * R(0.25), R(0.0), (Real)(n - 1)); }
+
+static inline RWalk r_walk_enter(const int32_t n[3], const RSpan *span, Real depth) {
+    RWalk walk = {r_cell_of(span->o[0] + span->near * span->d[0], n[0]), r_cell_of(span->o[1] + span->near * span->d[1], n[1]),
+                  r_cell_of(span->o[2] + span->near * span->d[2], n[2]), R_WALKING, span->near, depth, R(0.0)};
+    return walk;
 }
 
-/* Reads the cell's bound and finds where the ray leaves the cell (or the block of empty cells around it). */
-static inline void r_walk_look(const RMedium *medium, const RSpan *span, RWalk *walk) {
-    const int32_t *n = medium->majorant_n;
-    Real bound = (Real)medium->majorant[((int64_t)walk->cell[2] * n[1] + walk->cell[1]) * n[0] + walk->cell[0]];
+static inline int32_t r_walk_cell(const int32_t n[3], int32_t c0, int32_t c1, int32_t c2) {
+    return (c2 * n[1] + c1) * n[0] + c0;
+}
+
+/* Distance to the plane behind which `step` cells along this axis are crossed. */
+static inline Real r_plane(int32_t cell, int32_t step, Real o, Real inv) {
+    int32_t plane = cell + (inv > R(0.0) ? step : 1 - step);
+    return (R(4.0) * (Real)plane - o) * inv;
+}
+
+/* The cell along one axis once the ray stands at u behind the block of `step` cells. */
+static inline int32_t r_cross(int32_t cell, int32_t step, int crosses, Real u, Real inv) {
+    int forward = inv > R(0.0);
+    int32_t last = cell + (forward ? step - 1 : 1 - step), lo = forward ? cell : last, hi = forward ? last : cell;
+    int32_t within = (int32_t)r_clamp(u * R(0.25), (Real)lo, (Real)hi), next = last + (forward ? 1 : -1);
+    return crosses ? next : within;
+}
+
+/* One step: to the tentative collision if it lies in this cell, else to the next cell (or behind the block of empty
+ * cells around this one), or out of the medium. bound: what the majorant grid says of the cell. Cells move along the
+ * ray only, so a walk ends. */
+static inline RWalk r_walk_step(const int32_t n[3], const RSpan *span, RWalk walk, Real bound, Real sigma) {
     int32_t step = bound < R(0.0) ? (int32_t)-bound : 1;
-    Real exit = span->far;
-    int32_t axis = -1;
-    for (int a = 0; a < 3; a++) {
-        int32_t plane = span->d[a] > R(0.0) ? walk->cell[a] + step : walk->cell[a] - step + 1;
-        Real t = (R(4.0) * (Real)plane - span->o[a]) * span->inv[a];
-        int crosses = (r_abs(span->d[a]) > R_STILL) & (t < exit);
-        exit = crosses ? t : exit;
-        axis = crosses ? a : axis;
-    }
-    walk->majorant = bound < R(0.0) ? R(0.0) : bound;
-    walk->step = step;
-    walk->exit = exit > walk->t ? exit : walk->t;
-    walk->axis = axis;
+    Real rate = (bound < R(0.0) ? R(0.0) : bound) * sigma;
+    Real t0 = r_plane(walk.c0, step, span->o[0], span->inv[0]), t1 = r_plane(walk.c1, step, span->o[1], span->inv[1]);
+    Real t2 = r_plane(walk.c2, step, span->o[2], span->inv[2]), exit = t0 < t1 ? t0 : t1;
+    exit = t2 < exit ? t2 : exit;
+    int by2 = t2 <= exit, by1 = (t1 <= exit) & !by2, by0 = !by1 & !by2, ends = exit >= span->far;
+    exit = ends ? span->far : exit;
+    exit = exit > walk.t ? exit : walk.t;
+    Real through = rate * (exit - walk.t), along = walk.t + walk.depth / rate;
+    int hits = walk.depth < through;
+    along = along < exit ? along : exit;
+    int32_t c0 = r_cross(walk.c0, step, by0, span->o[0] + exit * span->d[0], span->inv[0]);
+    int32_t c1 = r_cross(walk.c1, step, by1, span->o[1] + exit * span->d[1], span->inv[1]);
+    int32_t c2 = r_cross(walk.c2, step, by2, span->o[2] + exit * span->d[2], span->inv[2]);
+    int out = ends | ((uint32_t)c0 >= (uint32_t)n[0]) | ((uint32_t)c1 >= (uint32_t)n[1]) | ((uint32_t)c2 >= (uint32_t)n[2]);
+    int stays = hits | out;
+    walk.c0 = stays ? walk.c0 : c0;
+    walk.c1 = stays ? walk.c1 : c1;
+    walk.c2 = stays ? walk.c2 : c2;
+    walk.t = hits ? along : exit;
+    walk.depth = hits ? walk.depth : walk.depth - through;
+    walk.state = hits ? R_COLLIDES : out ? R_LEFT : R_WALKING;
+    walk.majorant = bound;
+    return walk;
 }
 
-static inline void r_walk_enter(const RMedium *medium, const RSpan *span, RWalk *walk) {
-    walk->t = span->near;
-    for (int a = 0; a < 3; a++) walk->cell[a] = r_cell_of(span->o[a] + span->near * span->d[a], medium->majorant_n[a]);
-    r_walk_look(medium, span, walk);
-}
-
-/* Moves to the next cell; 0 when the ray leaves the medium. Cells move along the ray only, so the walk ends. */
-static inline int r_walk_step(const RMedium *medium, const RSpan *span, RWalk *walk) {
-    if (walk->axis < 0) return 0;
-    walk->t = walk->exit;
-    for (int a = 0; a < 3; a++) {
-        int32_t old = walk->cell[a];
-        int forward = span->d[a] > R(0.0);
-        if (a == walk->axis) {
-            walk->cell[a] = forward ? old + walk->step : old - walk->step;
-            if (walk->cell[a] < 0 || walk->cell[a] >= medium->majorant_n[a]) return 0;
-        } else if (walk->step > 1) {
-            int32_t now = r_cell_of(span->o[a] + walk->t * span->d[a], medium->majorant_n[a]);
-            int32_t last = forward ? old + walk->step - 1 : old - walk->step + 1;
-            int32_t lo = forward ? old : last, hi = forward ? last : old;
-            walk->cell[a] = now < lo ? lo : now > hi ? hi : now;
-        }
-    }
-    for (int a = 0; a < 3; a++) /* the block of empty cells may reach beyond the grid on the other axes */
-        if (walk->cell[a] < 0 || walk->cell[a] >= medium->majorant_n[a]) return 0;
-    r_walk_look(medium, span, walk);
-    return 1;
-}
-
-/* Density at distance t, the position clamped to the walk's cell and the medium's box. */
-static inline Real r_walk_density(const RMedium *medium, const RSpan *span, const RWalk *walk, Real t) {
-    Real u[3];
-    for (int a = 0; a < 3; a++) {
-        Real lo = R(4.0) * (Real)walk->cell[a], hi = lo + R(4.0);
-        lo = lo > medium->lo[a] ? lo : medium->lo[a];
-        hi = hi < medium->hi[a] ? hi : medium->hi[a];
-        u[a] = r_clamp(span->o[a] + t * span->d[a], lo, hi);
-    }
-    return r_grid_value(&medium->grid, u[0], u[1], u[2]);
+/* A position along one axis, clamped to the walk's cell and the medium's box. */
+static inline Real r_within(Real u, int32_t cell, Real lo, Real hi) {
+    Real first = R(4.0) * (Real)cell, last = first + R(4.0);
+    first = first > lo ? first : lo;
+    last = last < hi ? last : hi;
+    return r_clamp(u, first, last);
 }
 
 /* Tentative collisions of one flight through one medium: two random words each, distance and decision. */
@@ -146,56 +144,57 @@ static inline REvents r_events(const RStream *stream, int light, uint32_t medium
     return events;
 }
 
+/* -ln(1 - u); 1 - u is exact. */
+static inline Real r_event_depth(uint32_t word) { return -r_log(R(1.0) - r_uniform(word)); }
+
 static inline void r_next_event(REvents *events, Real *depth, Real *decision) {
     int second = events->count & 1u;
     if (!second) events->words = r_words(&events->stream, (events->count >> 1) & (NPH_MAX_BLOCKS - 1u));
-    *depth = -r_log1p(-r_uniform(second ? events->words.w2 : events->words.w0));
+    *depth = r_event_depth(second ? events->words.w2 : events->words.w0);
     *decision = r_uniform(second ? events->words.w3 : events->words.w1);
     events->count++;
 }
 
 static inline int r_exhausted(const REvents *events) { return events->count >= 2u * NPH_MAX_BLOCKS; }
 
-/* Goes on to the next tentative collision, at walk->t, whose decision is drawn; 0 when the medium ends before. *depth is
- * the optical depth of the majorant still to go. */
-static inline int r_walk_to_collision(const RMedium *medium, const RSpan *span, RWalk *walk, Real depth) {
-    for (;;) {
-        Real rate = walk->majorant * medium->sigma_max;
-        Real t = walk->t + depth / (rate > R(0.0) ? rate : R(1.0));
-        if (rate > R(0.0) && t < walk->exit) {
-            walk->t = t;
-            return 1;
-        }
-        depth -= rate * (walk->exit - walk->t);
-        depth = depth > R(0.0) ? depth : R(0.0);
-        if (!r_walk_step(medium, span, walk)) return 0;
-    }
+/* Walks on to the next tentative collision; 0 when the medium ends before. */
+static inline int r_walk_on(const RMedium *medium, const RSpan *span, RWalk *walk) {
+    do {
+        int32_t cell = r_walk_cell(medium->majorant_n, walk->c0, walk->c1, walk->c2);
+        *walk = r_walk_step(medium->majorant_n, span, *walk, (Real)medium->majorant[cell], medium->sigma_max);
+    } while (walk->state == R_WALKING);
+    return walk->state == R_COLLIDES;
+}
+
+static inline Real r_walk_density(const RMedium *medium, const RSpan *span, const RWalk *walk) {
+    return r_grid_value(&medium->grid, r_within(span->o[0] + walk->t * span->d[0], walk->c0, medium->lo[0], medium->hi[0]),
+                        r_within(span->o[1] + walk->t * span->d[1], walk->c1, medium->lo[1], medium->hi[1]),
+                        r_within(span->o[2] + walk->t * span->d[2], walk->c2, medium->lo[2], medium->hi[2]));
 }
 
 /* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
 static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                  REvents *events, NphPathTally *tally) {
-    RSpan span;
+    RSpan span = r_clip(medium, p, d, limit);
     Real depth, decision;
-    if (!(medium->sigma[hero] > R(0.0)) || !r_clip(medium, p, d, limit, &span)) return R(-1.0);
+    if (!(medium->sigma[hero] > R(0.0)) || !span.inside) return R(-1.0);
     r_next_event(events, &depth, &decision);
     if (medium->shape != NPH_SHAPE_GRID) {
         Real t = span.near + depth / medium->sigma[hero];
         tally->tentative++;
         return t < span.far ? t : R(-1.0);
     }
-    RWalk walk;
-    r_walk_enter(medium, &span, &walk);
-    while (r_walk_to_collision(medium, &span, &walk, depth)) {
-        Real density = r_walk_density(medium, &span, &walk, walk.t);
+    RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
+    while (r_walk_on(medium, &span, &walk)) {
+        Real density = r_walk_density(medium, &span, &walk);
         tally->tentative++;
         tally->violations += density > walk.majorant;
-        if (decision * walk.majorant < density * medium->ratio[hero]) return walk.t;
+        if (decision < density / walk.majorant * medium->ratio[hero]) return walk.t;
         if (r_exhausted(events)) {
             tally->exhausted++;
             break;
         }
-        r_next_event(events, &depth, &decision);
+        r_next_event(events, &walk.depth, &decision);
     }
     return R(-1.0);
 }
@@ -205,23 +204,22 @@ static inline Real r_free_flight(const RMedium *medium, const Real p[3], const R
  * form exp(-(sigma_c - sigma_hero) s). */
 static inline void r_flight_factors(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                     REvents *events, Real factor[3]) {
-    RSpan span;
+    RSpan span = r_clip(medium, p, d, limit);
     Real depth, decision;
-    if (!r_clip(medium, p, d, limit, &span)) return;
+    if (!span.inside) return;
     if (medium->shape != NPH_SHAPE_GRID) {
         for (int c = 0; c < 3; c++)
             factor[c] *= r_exp(-(medium->sigma[c] - medium->sigma[hero]) * (span.far - span.near));
         return;
     }
     r_next_event(events, &depth, &decision);
-    RWalk walk;
-    r_walk_enter(medium, &span, &walk);
-    while (r_walk_to_collision(medium, &span, &walk, depth) && !r_exhausted(events)) {
-        Real density = r_walk_density(medium, &span, &walk, walk.t);
-        if (decision * walk.majorant < density * medium->ratio[hero]) return;
+    RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
+    while (r_walk_on(medium, &span, &walk) && !r_exhausted(events)) {
+        Real density = r_walk_density(medium, &span, &walk);
         Real rho = density / walk.majorant, null = R(1.0) - rho * medium->ratio[hero];
+        if (decision < rho * medium->ratio[hero]) return;
         for (int c = 0; c < 3; c++) factor[c] *= r_max(R(1.0) - rho * medium->ratio[c], R(0.0)) / null;
-        r_next_event(events, &depth, &decision);
+        r_next_event(events, &walk.depth, &decision);
     }
 }
 
@@ -229,19 +227,18 @@ static inline void r_flight_factors(const RMedium *medium, const Real p[3], cons
  * channel) the walk survives with probability 1/4 and T grows by 4. channels is 1 or 3. */
 static inline void r_transmittance(const RMedium *medium, const Real p[3], const Real d[3], Real limit,
                                    const RScene *scene, REvents *events, Real T[3], NphPathTally *tally) {
-    RSpan span;
+    RSpan span = r_clip(medium, p, d, limit);
     Real depth, decision;
-    if (!r_clip(medium, p, d, limit, &span)) return;
+    if (!span.inside) return;
     tally->tentative++;
     if (medium->shape != NPH_SHAPE_GRID) {
         for (int c = 0; c < scene->channels; c++) T[c] *= r_exp(-medium->sigma[c] * (span.far - span.near));
         return;
     }
     r_next_event(events, &depth, &decision);
-    RWalk walk;
-    r_walk_enter(medium, &span, &walk);
-    while (r_walk_to_collision(medium, &span, &walk, depth)) {
-        Real density = r_walk_density(medium, &span, &walk, walk.t);
+    RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
+    while (r_walk_on(medium, &span, &walk)) {
+        Real density = r_walk_density(medium, &span, &walk);
         Real rho = density / walk.majorant, largest = R(0.0);
         tally->tentative++;
         tally->violations += density > walk.majorant;
@@ -259,7 +256,7 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
             tally->exhausted++;
             return;
         }
-        r_next_event(events, &depth, &decision);
+        r_next_event(events, &walk.depth, &decision);
     }
 }
 
