@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Closed forms: transmittance through analytic densities, single scattering of a slab, and one medium written in four
+ * Closed forms: transmittance through analytic densities, single scattering of a slab, and one medium written in six
  * ways. */
 #include <math.h>
 #include <stdio.h>
@@ -157,7 +157,7 @@ static double one(double x, double y, double z) {
     return 1.0;
 }
 
-START_TEST(one_medium_written_four_ways_is_one_picture) {
+START_TEST(one_medium_written_six_ways_is_one_picture) {
     static const char *const scene =
         "nephos: 1\n"
         "camera: {type: perspective, resolution: [64, 64], position: [-1.5, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 35}\n"
@@ -178,11 +178,12 @@ START_TEST(one_medium_written_four_ways_is_one_picture) {
         render_text("density: {file: %s, box: [[0, 0, 0], [1, 1, 1]], centring: cell, lookup: nearest}", fine),
         render_text("density: {file: %s, box: [[0, 0, 0], [1, 1, 1]], centring: cell, outside: clamp}", voxel),
         render_text("density: {file: %s, box: [[0, 0, 0], [1, 1, 1]], centring: cell, lookup: nearest}", voxel),
+        "density: {file: ../data/cube/cube.zip.nvdb, centring: cell, lookup: nearest}",
     };
     RenderCase first;
     NphRenderOptions options = render_options(1024, 32);
     render_case(&first, render_text(scene, ways[0]), &options, 0);
-    for (int way = 1; way < 5; way++) {
+    for (int way = 1; way < 6; way++) {
         RenderCase other;
         NphComparison comparison;
         NphCompareOptions margins;
@@ -204,7 +205,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, transmittance_through_analytic_densities_is_beer_lamberts);
     tcase_add_test(cases, single_scattering_of_a_slab_is_the_closed_form);
-    tcase_add_test(cases, one_medium_written_four_ways_is_one_picture);
+    tcase_add_test(cases, one_medium_written_six_ways_is_one_picture);
 }
 
 int main(void) { return nph_test_main("closed_forms", fill); }
