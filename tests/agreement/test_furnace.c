@@ -89,8 +89,29 @@ START_TEST(chromatic_media_are_a_furnace) {
 END_TEST
 
 START_TEST(a_chromatic_cumulus_is_a_furnace) {
-    check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[12, 13, 14]"), constant),
-                  2048);
+    check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[5, 5.5, 6]"), constant),
+                  6144);
+}
+END_TEST
+
+/* The same light as a map: every vertex samples it, and both ways of finding it must add up to one. */
+START_TEST(a_white_map_found_by_light_samples_and_by_chance_is_a_furnace) {
+    const char *path = nph_test_temporary("white.exr");
+    NphContext *context = nph_test_context(1);
+    NphImage white;
+    ck_assert_int_eq(nph_image_new(context, 8, 4, &white), NPH_OK);
+    for (int c = 0; c < 3; c++) {
+        float *pixels = NULL;
+        ck_assert_int_eq(nph_image_add_channel(context, &white, (const char *[]){"R", "G", "B"}[c], &pixels), NPH_OK);
+        for (int i = 0; i < 32; i++) pixels[i] = 1.0f;
+    }
+    ck_assert_int_eq(nph_exr_write(context, path, &white), NPH_OK);
+    nph_image_free(context, &white);
+    nph_test_context_close(context);
+    static const double gs[] = {-0.9, 0.0, 0.9};
+    for (int i = 0; i < 3; i++)
+        check_verdict(render_text("%s%slights:\n  - {type: environment, file: %s, rotation: 30}\n",
+                                  render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), render_text(cube, gs[i]), path), 8192);
 }
 END_TEST
 
@@ -99,6 +120,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, overlapping_media_are_a_furnace);
     tcase_add_test(cases, a_furnace_seen_from_inside_is_one);
     tcase_add_test(cases, cumulus_and_rico_are_furnaces);
+    tcase_add_test(cases, a_white_map_found_by_light_samples_and_by_chance_is_a_furnace);
     tcase_add_test(cases, chromatic_media_are_a_furnace);
     tcase_add_test(cases, a_chromatic_cumulus_is_a_furnace);
 }
