@@ -109,6 +109,9 @@ static void print_text(const BenchCommand *bench) {
         printf("  threads     %.3f s with 1, %.3f s with %d: %.3f times as fast\n", b->one.seconds, b->many.seconds,
                bench->threads, ratio(b->one.seconds, b->many.seconds));
         print_stages(b);
+        if (b->many.cpu_seconds < 0.9 * bench->threads * b->many.seconds)
+            printf("    note: %.0f%% of %d processors were to be had; the machine does other work\n",
+                   100 * b->many.cpu_seconds / (bench->threads * b->many.seconds), bench->threads);
     }
 }
 

@@ -56,7 +56,7 @@ static void print_summary(const RenderCommand *render, const NphRenderStatistics
     if (noise->samples_min == noise->samples_max) printf("samples  %lld per pixel", (long long)noise->samples_max);
     else printf("samples  %lld to %lld per pixel", (long long)noise->samples_min, (long long)noise->samples_max);
     printf(", %.4g million in all\n", 1e-6 * (double)run->samples);
-    printf("seconds  %.2f (%.2f of all processors), %.3g million samples/s\n", run->seconds, run->cpu_seconds,
+    printf("seconds  %.2f, %.2f of processor time, %.3g million samples/s\n", run->seconds, run->cpu_seconds,
            run->seconds > 0 ? 1e-6 * (double)run->samples / run->seconds : 0);
     printf("noise    %.3g%% of the mean (standard error of the whole picture), %.3g%% RMS of a pixel\n",
            100 * noise->relative_error, 100 * noise->relative_rmse);
@@ -103,6 +103,7 @@ static NphStatus render_scene(RenderCommand *render, const char *path, const Nph
     NphStatus status = nph_render(context, scene, options, &film, &run);
     nph_scene_free(context, scene);
     if (film && (status == NPH_OK || status == NPH_INTERRUPTED)) status = finish(render, path, status, film, &run);
+    else if (status == NPH_INTERRUPTED) nph_error(context, status, "interrupted before the first samples: no picture");
     nph_film_free(context, film);
     return status;
 }

@@ -18,7 +18,7 @@ _nephos()
     case "$word" in
     -*)
         mapfile -t COMPREPLY < <(compgen -W "$("$program" "${COMP_WORDS[1]}" --help 2>/dev/null |
-            sed -n 's/^  .., *\(--[a-z-]*\).*/\1/p; s/^ *\(--[a-z-]*\).*/\1/p')" -- "$word")
+            sed -n 's/^  .\{4\}\(--[a-z-]*\).*/\1/p')" -- "$word")
         ;;
     *) mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
     esac

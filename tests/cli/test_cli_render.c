@@ -68,6 +68,28 @@ START_TEST(crops_merge_to_the_file_of_one_run) {
 }
 END_TEST
 
+START_TEST(a_picture_is_the_same_as_itself_and_different_from_a_brighter_one) {
+    const char *path = picture("self.exr", "--spp", "16", NULL, NULL);
+    RUN_EXPECT(0, "compare", path, path);
+    const Ran *run = RUN("compare", path, path, "--json");
+    ck_assert_int_eq(run->status, 0);
+    ck_assert_ptr_nonnull(strstr(run->out, "\"verdict\": \"same\""));
+
+    char bright[sizeof scene_text];
+    memcpy(bright, scene_text, sizeof bright);
+    *strstr(bright, "irradiance: 3") = ' ';
+    char *value = strstr(bright, "rradiance: 3");
+    memcpy(value - 1, "irradiance: 6", 13);
+    const char *bright_scene = file_of("bright.yaml"), *other = file_of("bright.exr");
+    write_text(bright_scene, bright);
+    RUN_EXPECT(0, "render", bright_scene, "-o", other, "--spp", "16", "--quiet");
+    run = RUN("compare", path, other, "--z-map", file_of("z.exr"));
+    ck_assert_int_eq(run->status, 1);
+    ck_assert_ptr_nonnull(strstr(run->out, "verdict: different"));
+    RUN_EXPECT(0, "info", file_of("z.exr"));
+}
+END_TEST
+
 START_TEST(info_reads_what_render_wrote) {
     const char *path = picture("info.exr", "--png", "--seed", "77", NULL);
     ck_assert(exists(file_of("info.png")));
@@ -202,6 +224,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, any_number_of_threads_gives_the_same_file);
     tcase_add_test(cases, sample_ranges_merge_to_the_file_of_one_run);
     tcase_add_test(cases, crops_merge_to_the_file_of_one_run);
+    tcase_add_test(cases, a_picture_is_the_same_as_itself_and_different_from_a_brighter_one);
     tcase_add_test(cases, info_reads_what_render_wrote);
     tcase_add_test(cases, statistics_go_to_their_own_file_and_never_into_the_picture);
     tcase_add_test(cases, plan_and_knobs_are_told);

@@ -3,7 +3,7 @@
  * The command line itself: exit statuses, help, "did you mean", the man page. */
 #include "cli/program.h"
 
-static const char *const commands[] = {"render", "plan", "info", "merge", "bench"};
+static const char *const commands[] = {"render", "plan", "info", "compare", "merge", "bench"};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 START_TEST(the_version_names_vector_level_and_libraries) {
@@ -74,6 +74,8 @@ START_TEST(every_mistake_on_the_command_line_is_named_and_exits_with_2) {
         {{"plan"}, "which scene?"},
         {{"info"}, "too few files"},
         {{"info", "a", "b"}, "what is 'b'?"},
+        {{"compare", "a.exr"}, "too few files"},
+        {{"compare", "a.exr", "b.exr", "--alpha", "2"}, "from 1e-09 to 0.5"},
         {{"merge", "-o", "a.exr"}, "too few files"},
         {{"bench"}, "too few files"},
     };
