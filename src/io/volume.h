@@ -80,6 +80,32 @@ typedef struct NphLes {
 NphStatus nph_les_read(NphContext *context, const char *path, NphLes *les);
 void nph_les_free(NphContext *context, NphLes *les);
 
+/* A dense grid and the box it fills: value [z][y][x] is that of the cell's middle, cell (0, 0, 0) touches lo. */
+typedef struct NphBoxGrid {
+    NphArray values; /* f32 [nz][ny][nx], or [nz][ny][nx][3] of a .vol with three channels */
+    double lo[3], hi[3];
+} NphBoxGrid;
+void nph_box_grid_free(NphContext *context, NphBoxGrid *grid);
+
+/* Mitsuba's grid volume (.vol): version 3, type 1 (float32), one or three channels. The box is the file's own, which
+ * Mitsuba itself uses only with use_grid_bbox. Its lookups clamp at the border. Writing: f32 values, a box that stays
+ * finite and rising in float32, to whose numbers it is rounded. */
+NphStatus nph_vol_read(NphContext *context, const char *path, NphBoxGrid *grid);
+NphStatus nph_vol_write(NphContext *context, const char *path, const NphBoxGrid *grid);
+
+/* pbrt text: the density of a MakeNamedMedium of type uniformgrid (pbrt-v4) or heterogeneous (pbrt-v3). name NULL: the
+ * only such medium, else "density"; a name that is not there is refused with the list of those that are. The box is
+ * p0 to p1 in the medium's own space; transforms in the file are not applied, which a warning says. Lookups of pbrt
+ * fall to zero outside. */
+NphStatus nph_pbrt_read(NphContext *context, const char *path, const char *name, NphBoxGrid *grid);
+
+typedef struct NphPbrtInfo {
+    char name[64], type[32];
+    int readable; /* a grid of densities that nph_pbrt_read takes */
+} NphPbrtInfo;
+/* All named media, in the file's order; *media is freed with nph_free. */
+NphStatus nph_pbrt_list(NphContext *context, const char *path, NphPbrtInfo **media, int *count);
+
 /* 8-bit sRGB PNG: rgb is height * width * 3 bytes from the top row. Atomic like every writer. */
 NphStatus nph_png_write(NphContext *context, const char *path, int width, int height, const uint8_t *rgb);
 
