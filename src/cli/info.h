@@ -17,6 +17,8 @@ NphStatus info_exr(Info *info);
 NphStatus info_part(Info *info);
 NphStatus info_nvdb(Info *info);
 NphStatus info_npy(Info *info);
+NphStatus info_vol(Info *info);
+NphStatus info_pbrt(Info *info);
 NphStatus info_les(Info *info);
 NphStatus info_scene(Info *info);
 

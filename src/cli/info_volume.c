@@ -220,3 +220,57 @@ NphStatus info_les(Info *info) {
     nph_les_free(info->context, &les);
     return status;
 }
+
+/* Box, range, and the depths of cells that fill the box. */
+static NphStatus tell_box_grid(Info *info, const NphBoxGrid *box, NphOutside outside) {
+    NphGrid grid = {0};
+    const char *seen = outside == NPH_OUTSIDE_ZERO ? "cells, values = extinction, zero outside"
+                                                   : "cells, values = extinction, clamped at the border";
+    tell_shape(info, box->values.rank == 4 ? "shape_zyxc" : "shape_zyx", &box->values);
+    facts_numbers(&info->facts, "box_from", 3, box->lo);
+    facts_numbers(&info->facts, "box_to", 3, box->hi);
+    if (!tell_range(info, "", &box->values) || box->values.rank != 3) {
+        tell_no_depth(info);
+        return NPH_OK;
+    }
+    facts_text(&info->facts, "seen_as", seen);
+    NPH_TRY(nph_grid_from_array(info->context, &box->values, box->lo, box->hi, NPH_CENTRING_CELL, outside,
+                                NPH_LOOKUP_TRILINEAR, info->path, &grid));
+    return tell_grid(info, &grid);
+}
+
+NphStatus info_vol(Info *info) {
+    NphBoxGrid box = {0};
+    NPH_TRY(nph_vol_read(info->context, info->path, &box));
+    NphStatus status = tell_box_grid(info, &box, NPH_OUTSIDE_CLAMP);
+    nph_box_grid_free(info->context, &box);
+    return status;
+}
+
+static NphStatus tell_pbrt_medium(Info *info, const NphPbrtInfo *listed) {
+    NphBoxGrid box = {0};
+    facts_item(&info->facts, listed->name[0] ? listed->name : "(unnamed)");
+    facts_text(&info->facts, "type", listed->type);
+    NphStatus status = NPH_OK;
+    if (!listed->readable) {
+        facts_text(&info->facts, "values", "not read: no grid of densities (uniformgrid, heterogeneous)");
+    } else {
+        status = nph_pbrt_read(info->context, info->path, listed->name, &box);
+        if (status == NPH_OK) status = tell_box_grid(info, &box, NPH_OUTSIDE_ZERO);
+        nph_box_grid_free(info->context, &box);
+    }
+    facts_end(&info->facts);
+    return status;
+}
+
+NphStatus info_pbrt(Info *info) {
+    NphPbrtInfo *media = NULL;
+    int count = 0;
+    NphStatus status = NPH_OK;
+    NPH_TRY(nph_pbrt_list(info->context, info->path, &media, &count));
+    facts_list(&info->facts, "media");
+    for (int i = 0; i < count && status == NPH_OK; i++) status = tell_pbrt_medium(info, &media[i]);
+    facts_end(&info->facts);
+    nph_free(info->context, media);
+    return status;
+}

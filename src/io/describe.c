@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Binary formats are told by their signature; the two text formats by the first lines that are neither blank nor
- * comment: LES text begins with three whole numbers, a scene with a mapping ("key:", "{"). */
+ * Binary formats are told by their signature; the text formats by the first lines that are neither blank nor comment:
+ * LES text begins with three whole numbers, pbrt with a directive, a scene with a mapping ("key:", "{"). */
 #include "io/describe.h"
 
 #include <string.h>
@@ -18,6 +18,7 @@ static const struct {
     {"NanoVDB", 7, NPH_FILE_NVDB}, /* an eighth byte 0, 1 or 2: first version, grid, file */
     {" BDV\0\0\0\0", 8, NPH_FILE_VDB},
     {"\x93NUMPY", 6, NPH_FILE_NPY},
+    {"VOL\3", 4, NPH_FILE_VOL},
     {NPH_PART_MAGIC, 8, NPH_FILE_PART},
     {"#?RADIANCE", 10, NPH_FILE_HDR},
     {"#?RGBE", 6, NPH_FILE_HDR},
@@ -33,6 +34,8 @@ static const char *const names[NPH_FILE_KINDS] = {
     [NPH_FILE_NVDB] = "a NanoVDB volume (.nvdb)",
     [NPH_FILE_VDB] = "an OpenVDB volume (.vdb)",
     [NPH_FILE_NPY] = "an array (.npy)",
+    [NPH_FILE_VOL] = "a Mitsuba grid volume (.vol)",
+    [NPH_FILE_PBRT] = "a pbrt scene or medium (.pbrt)",
     [NPH_FILE_LES] = "a cloud as LES text",
     [NPH_FILE_SCENE] = "a scene (YAML)",
     [NPH_FILE_PART] = "a part of a picture",
@@ -90,6 +93,21 @@ static int is_mapping(const char *at, const char *end) {
     return at == end || is_blank(*at) || *at == '\n' || *at == '\r';
 }
 
+/* A word that a pbrt file may begin with, then a blank, a quote or the end of the line. */
+static int is_directive(const char *at, const char *end) {
+    static const char *const words[] = {
+        "MakeNamedMedium", "WorldBegin", "LookAt", "Camera", "Film", "Sampler", "Integrator", "Accelerator",
+        "PixelFilter", "ColorSpace", "Option", "Scale", "Translate", "Rotate", "Transform", "ConcatTransform",
+        "CoordSysTransform", "Identity", "AttributeBegin", "Attribute", "MediumInterface", "Include", "Import",
+        "Texture", "MakeNamedMaterial", "Material", "LightSource", "Shape", "ObjectBegin", "TransformTimes"};
+    const char *stop = at;
+    while (stop < end && is_word(*stop)) stop++;
+    if (stop < end && !is_blank(*stop) && *stop != '\n' && *stop != '\r' && *stop != '"') return 0;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strlen(words[i]) == (size_t)(stop - at) && memcmp(words[i], at, (size_t)(stop - at)) == 0) return 1;
+    return 0;
+}
+
 static int begins(const char *at, const char *end, const char *word) {
     size_t size = strlen(word);
     return (size_t)(end - at) >= size && memcmp(at, word, size) == 0;
@@ -99,6 +117,7 @@ static NphFileKind kind_of_text(const char *at, const char *end) {
     if (begins(at, end, "\xef\xbb\xbf")) at += 3;
     at = skip_comments(at, end);
     if (is_three_sizes(at, end)) return NPH_FILE_LES;
+    if (is_directive(at, end)) return NPH_FILE_PBRT;
     while (begins(at, end, "%YAML") || begins(at, end, "---")) {
         while (at < end && *at != '\n') at++;
         at = skip_comments(at, end);

@@ -19,6 +19,8 @@ typedef enum NphFileKind {
     NPH_FILE_NVDB,
     NPH_FILE_VDB,
     NPH_FILE_NPY,
+    NPH_FILE_VOL,   /* Mitsuba grid volume */
+    NPH_FILE_PBRT,  /* text: a directive of pbrt comes first */
     NPH_FILE_LES,   /* text: comments, then a line of three sizes */
     NPH_FILE_SCENE, /* text: YAML or JSON whose first item is a mapping */
     NPH_FILE_PART,

@@ -74,6 +74,22 @@ static NphStatus load_npy(NphContext *context, const NphSceneFile *file, NphGrid
     return status;
 }
 
+/* Cells of a box that the file itself states; pbrt's medium is chosen by name. */
+static NphStatus load_box_grid(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
+    NphBoxGrid box = {0};
+    int vol = file->kind == NPH_VOLUME_VOL;
+    NphStatus status = vol ? nph_vol_read(context, file->path, &box) : nph_pbrt_read(context, file->path, file->grid, &box);
+    NPH_TRY(status);
+    if (box.values.rank == 4)
+        status = nph_error(context, NPH_BAD_INPUT, "%s: has %lld channels; a density has one", file->path,
+                           (long long)box.values.shape[3]);
+    if (status == NPH_OK)
+        status = nph_grid_from_array(context, &box.values, box.lo, box.hi, file->centring, file->outside, file->lookup,
+                                     file->path, grid);
+    nph_box_grid_free(context, &box);
+    return status;
+}
+
 static NphStatus load_nvdb(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
     NphVolume volume = {0};
     NPH_TRY(nph_nvdb_read(context, file->path, file->grid, &volume));
@@ -87,6 +103,8 @@ static NphStatus load_volume(NphContext *context, const NphSceneFile *file, NphG
     case NPH_VOLUME_NVDB: return load_nvdb(context, file, grid);
     case NPH_VOLUME_NPY: return load_npy(context, file, grid);
     case NPH_VOLUME_LES: return load_les(context, file, grid);
+    case NPH_VOLUME_VOL:
+    case NPH_VOLUME_PBRT: return load_box_grid(context, file, grid);
     }
     return NPH_BAD_INPUT;
 }

@@ -26,6 +26,35 @@ START_TEST(an_array_is_told_with_range_mean_and_optical_depth) {
 }
 END_TEST
 
+/* 4 x 3 x 2 cells of edge 2: clamped outside, so a line of n cells of 0.5 is 0.5 * 2 n deep. */
+START_TEST(a_mitsuba_volume_is_told_with_its_box) {
+    NphContext *context = nph_test_context(1);
+    NphBoxGrid box = {.lo = {1, 2, 3}, .hi = {9, 8, 7}};
+    const char *path = file_of("grid.vol");
+    ck_assert_int_eq(nph_array_new(context, NPH_F32, 3, (int64_t[]){2, 3, 4}, "array", &box.values), NPH_OK);
+    for (int i = 0; i < 24; i++) ((float *)box.values.data)[i] = 0.5f;
+    ck_assert_int_eq(nph_vol_write(context, path, &box), NPH_OK);
+    nph_box_grid_free(context, &box);
+    nph_test_context_close(context);
+    const Ran *run = RUN("info", path, "--json");
+    ck_assert_int_eq(run->status, 0);
+    ck_assert_ptr_nonnull(strstr(run->out, "\"box_to\": [9, 8, 7]"));
+    ck_assert_ptr_nonnull(strstr(run->out, "\"optical_depth_mean_xyz\": [4, 3, 2]"));
+}
+END_TEST
+
+START_TEST(the_media_of_a_pbrt_file_are_listed_and_grids_told) {
+    const char *path = file_of("media.pbrt");
+    write_text(path, "MakeNamedMedium \"air\" \"string type\" \"homogeneous\"\n"
+                     "MakeNamedMedium \"cloud\" \"string type\" \"uniformgrid\" \"integer nx\" 3 \"float density\" [1 2 3]\n");
+    const Ran *run = RUN("info", path);
+    ck_assert_int_eq(run->status, 0);
+    static const char *const parts[] = {"air", "homogeneous", "not read", "cloud", "uniformgrid", "(1, 1, 3)"};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        ck_assert_msg(strstr(run->out, parts[i]) != NULL, "no %s in\n%s", parts[i], run->out);
+}
+END_TEST
+
 START_TEST(values_that_are_no_densities_have_no_optical_depth) {
     NphContext *context = nph_test_context(1);
     NphArray array = {0};
@@ -80,6 +109,8 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, an_array_is_told_with_range_mean_and_optical_depth);
+    tcase_add_test(cases, a_mitsuba_volume_is_told_with_its_box);
+    tcase_add_test(cases, the_media_of_a_pbrt_file_are_listed_and_grids_told);
     tcase_add_test(cases, values_that_are_no_densities_have_no_optical_depth);
     tcase_add_test(cases, a_picture_is_told_with_channels_and_attributes);
     tcase_add_test(cases, what_cannot_be_read_gives_a_message_and_no_half_truth);

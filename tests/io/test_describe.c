@@ -20,6 +20,8 @@ START_TEST(signatures_name_the_binary_formats) {
     ck_assert_int_eq(KIND(NPH_PART_MAGIC "\0\0"), NPH_FILE_PART);
     ck_assert_int_eq(KIND("#?RADIANCE\n"), NPH_FILE_HDR);
     ck_assert_int_eq(KIND("PF\n2 2\n-1.0\n"), NPH_FILE_PFM);
+    ck_assert_int_eq(KIND("VOL\3\1\0\0\0"), NPH_FILE_VOL);
+    ck_assert_int_eq(KIND("VOL\2\1\0\0\0"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("\x76\x2f\x31"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND(""), NPH_FILE_EMPTY);
 }
@@ -33,6 +35,16 @@ START_TEST(les_text_begins_with_three_sizes) {
     ck_assert_int_eq(KIND("# numbers\n64 64 16 8\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("# numbers\n6.4 64 16\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("2  parameter LWC file\n 64 64 16\n"), NPH_FILE_UNKNOWN);
+}
+END_TEST
+
+START_TEST(pbrt_files_begin_with_a_directive) {
+    ck_assert_int_eq(KIND("# a cloud\nMakeNamedMedium \"cloud\"\n"), NPH_FILE_PBRT);
+    ck_assert_int_eq(KIND("LookAt 1 2 3  0 0 0  0 0 1"), NPH_FILE_PBRT);
+    ck_assert_int_eq(KIND("Film\"rgb\""), NPH_FILE_PBRT);
+    ck_assert_int_eq(KIND("WorldBegin"), NPH_FILE_PBRT);
+    ck_assert_int_eq(KIND("Camera: {}\n"), NPH_FILE_SCENE);
+    ck_assert_int_eq(KIND("Filming \"x\"\n"), NPH_FILE_UNKNOWN);
 }
 END_TEST
 
@@ -95,6 +107,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, signatures_name_the_binary_formats);
     tcase_add_test(cases, les_text_begins_with_three_sizes);
+    tcase_add_test(cases, pbrt_files_begin_with_a_directive);
     tcase_add_test(cases, scenes_begin_with_a_mapping);
     tcase_add_test(cases, a_cut_that_falls_anywhere_is_no_trouble);
     tcase_add_test(cases, files_are_opened_and_what_cannot_be_is_refused);

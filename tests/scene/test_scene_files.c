@@ -83,6 +83,53 @@ START_TEST(a_volume_lies_where_its_box_and_transform_say) {
 }
 END_TEST
 
+/* The same 4 x 3 x 2 cells as .vol, as pbrt text and as .npy: the box comes from the file, and so does what lies outside
+ * it: Mitsuba clamps, pbrt falls to zero. */
+START_TEST(grids_of_mitsuba_and_pbrt_are_the_array_in_their_own_box) {
+    NphContext *context = nph_test_context(1);
+    NphBoxGrid box = {.lo = {-1, 0, 1}, .hi = {7, 6, 5}};
+    char text[1000] = "MakeNamedMedium \"other\" \"string type\" \"uniformgrid\" \"float density\" 3\n"
+                      "MakeNamedMedium \"cloud\" \"string type\" \"uniformgrid\" \"integer nx\" 4 \"integer ny\" 3\n"
+                      "\"integer nz\" 2 \"point3 p0\" [-1 0 1] \"point3 p1\" [7 6 5] \"float density\" [";
+    write_npy(context, "a.npy", -1, 0);
+    ck_assert_int_eq(nph_npy_read(context, nph_test_temporary("a.npy"), &box.values), NPH_OK);
+    ck_assert_int_eq(nph_vol_write(context, nph_test_temporary("a.vol"), &box), NPH_OK);
+    for (int i = 0; i < 24; i++)
+        snprintf(text + strlen(text), sizeof text - strlen(text), " %d", (int)((float *)box.values.data)[i]);
+    strcat(text, "]\n");
+    write_bytes("a.pbrt", text, strlen(text));
+    nph_box_grid_free(context, &box);
+    NphScene *scene = must_parse(context, HEAD
+        "media:\n"
+        "- density: {file: a.npy, box: [[-1, 0, 1], [7, 6, 5]], outside: clamp}\n  extinction: 1\n"
+        "- density: {file: a.vol}\n  extinction: 1\n"
+        "- density: {file: a.npy, box: [[-1, 0, 1], [7, 6, 5]]}\n  extinction: 1\n"
+        "- density: {file: a.pbrt, grid: cloud}\n  extinction: 1\n");
+    for (int i = 0; i < 4; i += 2) {
+        const NphMedium *a = &scene->media[i], *b = &scene->media[i + 1];
+        ck_assert_mem_eq(a->world_from_medium, b->world_from_medium, sizeof a->world_from_medium);
+        ck_assert_mem_eq(a->grid.n, b->grid.n, sizeof a->grid.n);
+        ck_assert_int_eq(a->grid.brick_count, b->grid.brick_count);
+        ck_assert_mem_eq(a->grid.values, b->grid.values, (size_t)a->grid.brick_count * NPH_BRICK_STRIDE * sizeof(float));
+    }
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(a_grid_of_colours_is_no_density) {
+    NphContext *context = nph_test_context(1);
+    NphBoxGrid box = {.hi = {1, 1, 1}};
+    NphScene *scene;
+    ck_assert_int_eq(nph_array_new(context, NPH_F32, 4, (int64_t[]){2, 2, 2, 3}, "test", &box.values), NPH_OK);
+    ck_assert_int_eq(nph_vol_write(context, nph_test_temporary("rgb.vol"), &box), NPH_OK);
+    nph_box_grid_free(context, &box);
+    ck_assert_int_eq(parse(context, HEAD "media:\n- density: {file: rgb.vol}\n  extinction: 1\n", &scene), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "has 3 channels; a density has one"));
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(cloud_fields_are_cells_around_their_points_or_end_at_them_as_the_scene_says) {
     NphContext *context = nph_test_context(1);
     double lo[3], hi[3];
@@ -361,6 +408,8 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, a_volume_lies_where_its_box_and_transform_say);
+    tcase_add_test(cases, grids_of_mitsuba_and_pbrt_are_the_array_in_their_own_box);
+    tcase_add_test(cases, a_grid_of_colours_is_no_density);
     tcase_add_test(cases, cloud_fields_are_cells_around_their_points_or_end_at_them_as_the_scene_says);
     tcase_add_test(cases, the_reference_scenes_load_and_their_volumes_lie_where_they_should);
     tcase_add_test(cases, missing_and_damaged_files_are_named_with_their_place_in_the_scene);
