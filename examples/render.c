@@ -68,7 +68,7 @@ int main(int argc, char **argv) {
     NphStatus status = nph_context_open(&context, &settings);
     if (status != NPH_OK) {
         fprintf(stderr, "no context: %s\n", nph_status_name(status));
-        return status;
+        return (int)status;
     }
 
     /* A scene is checked as it is read and does not change afterwards: it may be rendered many times. */
@@ -76,5 +76,5 @@ int main(int argc, char **argv) {
     if (status == NPH_OK) status = render(context, scene, samples, argv[2]);
     nph_scene_free(context, scene);
     nph_context_close(context);
-    return status; /* statuses are exit statuses */
+    return (int)status; /* statuses are exit statuses */
 }

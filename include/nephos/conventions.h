@@ -50,8 +50,8 @@ enum { NPH_RED = 0, NPH_GREEN = 1, NPH_BLUE = 2 };
 enum { NPH_SAMPLE_STEP = 16 };
 
 /* Luminance of linear R, G, B (Rec. 709). */
-#define NPH_LUMINANCE_RED 0.2126
+#define NPH_LUMINANCE_RED   0.2126
 #define NPH_LUMINANCE_GREEN 0.7152
-#define NPH_LUMINANCE_BLUE 0.0722
+#define NPH_LUMINANCE_BLUE  0.0722
 
 #endif
