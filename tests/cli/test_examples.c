@@ -46,9 +46,24 @@ START_TEST(example_render_says_what_is_wrong_and_where) {
 }
 END_TEST
 
+START_TEST(example_compare_tells_same_from_different) {
+    RUN_EXPECT(0, "render", scene(), "-q", "-o", file_of("a.exr"));
+    const Ran *run = run_example("compare", file_of("a.exr"), file_of("a.exr"), NULL);
+    ck_assert_msg(run->status == 0 && strstr(run->out, "same: ") == run->out, "%d %s%s", run->status, run->out, run->err);
+    write_text(file_of("dark.yaml"), "nephos: 1\ncamera: {resolution: [20, 12], position: [0, -3, 0], look_at: [0, 0, 0], fov: 40}\n");
+    RUN_EXPECT(0, "render", file_of("dark.yaml"), "-q", "-o", file_of("dark.exr"));
+    run = run_example("compare", file_of("a.exr"), file_of("dark.exr"), NULL);
+    ck_assert_msg(run->status == 1 && strstr(run->out, "different: ") == run->out, "%d %s%s", run->status, run->out, run->err);
+    run = run_example("compare", file_of("a.exr"), file_of("none.exr"), NULL);
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "none.exr"));
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, example_render_writes_the_file_that_the_program_writes);
     tcase_add_test(cases, example_render_says_what_is_wrong_and_where);
+    tcase_add_test(cases, example_compare_tells_same_from_different);
 }
 
 int main(void) { return nph_test_main("examples", fill); }
