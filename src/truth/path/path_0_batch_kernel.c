@@ -111,9 +111,9 @@ static size_t place(NphPathBatch *batch, char *memory) {
     } while (0)
     for (int set = 0; set < 2; set++) {
         RPaths *paths = &batch->paths[set];
+        for (int a = 0; a < 3; a++) PLACE(paths->p[a], reals); /* d behind p: see path_lanes.h */
+        for (int a = 0; a < 3; a++) PLACE(paths->d[a], reals);
         for (int a = 0; a < 3; a++) {
-            PLACE(paths->p[a], reals);
-            PLACE(paths->d[a], reals);
             PLACE(paths->weight[a], reals);
             PLACE(paths->share[a], reals);
         }
@@ -125,11 +125,9 @@ static size_t place(NphPathBatch *batch, char *memory) {
     PLACE(batch->medium, ints);
     PLACE(batch->queue, ints);
     PLACE(batch->escaped, ints);
-    for (int a = 0; a < 3; a++) {
-        PLACE(batch->ray[a], reals);
-        PLACE(batch->towards[a], reals);
-        PLACE(batch->arriving[a], reals);
-    }
+    for (int a = 0; a < 3; a++) PLACE(batch->ray[a], reals);
+    for (int a = 0; a < 3; a++) PLACE(batch->towards[a], reals);
+    for (int a = 0; a < 3; a++) PLACE(batch->arriving[a], reals);
     PLACE(batch->reach, reals);
     PLACE(batch->carried, reals);
     PLACE(batch->passed, reals);

@@ -56,21 +56,17 @@ static void fly_one_by_one(NphPathBatch *batch, int m, const RStream *base) {
 }
 
 /* The closed form for all paths: t = near - ln(1 - u) / sigma. */
-static void fly_homogeneous(const RMedium *restrict medium, const RPaths *paths, const RTile *restrict tile,
-                            const RStream *restrict stream, Real *restrict distance, int32_t *restrict medium_of) {
-    const Real *restrict p0 = paths->p[0], *restrict p1 = paths->p[1], *restrict p2 = paths->p[2];
-    const Real *restrict d0 = paths->d[0], *restrict d1 = paths->d[1], *restrict d2 = paths->d[2];
-    const int32_t *restrict id = paths->id;
+R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
+                               const RTile *restrict from, Real *restrict distance, int32_t *restrict medium_of) {
+    const RTile tile = *from;
     Real sigma = medium->sigma[0];
-    for (int i = 0; i < tile->count; i++) { /* vec */
-        Real p[3] = {p0[i], p1[i], p2[i]}, d[3] = {d0[i], d1[i], d2[i]};
-        RSpan span = r_clip(medium, p, d, distance[i]);
-        NphWords words = nph_philox(stream->key[0], stream->key[1], r_tile_pixel(tile, id[i]), r_tile_sample(tile, id[i]),
-                                    stream->vertex, stream->draw);
+    for (int i = 0; i < tile.count; i++) { /* vec */
+        RSpan span = r_clip_ray(medium, ray + i, distance[i]);
+        NphWords words = r_tile_words(&tile, id[i], 0);
         Real t = span.near + r_event_depth(words.w0) / sigma;
         int hits = span.inside & (t < span.far);
         distance[i] = hits ? t : distance[i];
-        medium_of[i] = hits ? tile->medium : medium_of[i];
+        medium_of[i] = hits ? tile.medium : medium_of[i];
     }
 }
 
@@ -87,8 +83,8 @@ static void track_grey(NphPathBatch *batch) {
         if (batch->count <= R_FEW) {
             fly_one_by_one(batch, m, &stream);
         } else if (medium->shape != NPH_SHAPE_GRID) {
-            RTile tile = r_tile(batch, batch->count, m);
-            fly_homogeneous(medium, paths, &tile, &stream, batch->distance, batch->medium);
+            RTile tile = r_tile(batch, &stream, batch->count, m);
+            fly_homogeneous(medium, paths->p[0], paths->id, &tile, batch->distance, batch->medium);
             batch->tally.tentative += batch->count;
         } else {
             RFlights *flights = batch->flights;
@@ -96,8 +92,7 @@ static void track_grey(NphPathBatch *batch) {
             flights->medium = medium;
             flights->stream = stream;
             flights->batch = batch;
-            flights->rays = (RRays){{paths->p[0], paths->p[1], paths->p[2]}, {paths->d[0], paths->d[1], paths->d[2]},
-                                    batch->distance, NULL, paths->id, batch->count};
+            flights->rays = (RRays){paths->p[0], batch->distance, NULL, paths->id, batch->count};
             r_flights_run(flights, &batch->tally, 0, batch->medium, m);
         }
     }

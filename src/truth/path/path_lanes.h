@@ -9,11 +9,18 @@
 
 #include "truth/path/path_walk.h"
 
+/* Functions whose loops must become vectors stay functions: inlined, gcc forgets that their parameters are restrict. */
+#if defined(__GNUC__)
+#define R_OUTLINE static __attribute__((noinline, unused))
+#else
+#define R_OUTLINE static
+#endif
+
 enum { R_LANES = 128, R_FEW = 4 }; /* so few rays are followed one by one */
 
-/* Rays to follow: T and limit are read, and written when the flight ends. */
+/* Rays to follow: T and limit are read, and written when the flight ends. ray: six arrays of NPH_PATH_BATCH, p and d. */
 typedef struct RRays {
-    const Real *p[3], *d[3];
+    const Real *ray;
     Real *limit, *T;
     const int32_t *id;
     int count;
@@ -46,6 +53,13 @@ typedef struct RFlights {
     RLanes ready, work;
     RDue due;
 } RFlights;
+
+/* r_clip of a ray in six arrays one after another. */
+static inline RSpan r_clip_ray(const RMedium *medium, const Real *ray, Real limit) {
+    Real p[3] = {ray[0], ray[NPH_PATH_BATCH], ray[2 * NPH_PATH_BATCH]};
+    Real d[3] = {ray[3 * NPH_PATH_BATCH], ray[4 * NPH_PATH_BATCH], ray[5 * NPH_PATH_BATCH]};
+    return r_clip(medium, p, d, limit);
+}
 
 static inline void r_flights_words(RDue *due, const RStream *stream, int count) {
     uint32_t key0 = stream->key[0], key1 = stream->key[1], vertex = stream->vertex, draw = stream->draw;
@@ -117,15 +131,12 @@ static inline void r_lane_copy(RLanes *to, int i, const RLanes *from, int j) {
     to->T[i] = from->T[j];
 }
 
-/* Clips the rays first ... first + count, enters their first cells; state R_LEFT where nothing is inside. */
-static inline void r_flights_enter(RLanes *restrict lanes, const RMedium *restrict medium, const Real *const p[3],
-                                   const Real *const d[3], const Real *restrict limit, int count) {
-    const Real *restrict p0 = p[0], *restrict p1 = p[1], *restrict p2 = p[2];
-    const Real *restrict d0 = d[0], *restrict d1 = d[1], *restrict d2 = d[2];
+/* Clips the rays from `ray` on, enters their first cells; state R_LEFT where nothing is inside. */
+R_OUTLINE void r_flights_enter(RLanes *restrict lanes, const RMedium *restrict medium, const Real *restrict ray,
+                               const Real *restrict limit, int count) {
     const int32_t n[3] = {medium->majorant_n[0], medium->majorant_n[1], medium->majorant_n[2]};
     for (int i = 0; i < count; i++) { /* vec */
-        Real from[3] = {p0[i], p1[i], p2[i]}, to[3] = {d0[i], d1[i], d2[i]};
-        RSpan span = r_clip(medium, from, to, limit[i]);
+        RSpan span = r_clip_ray(medium, ray + i, limit[i]);
         for (int a = 0; a < 3; a++) {
             lanes->o[a][i] = span.o[a];
             lanes->d[a][i] = span.d[a];
@@ -147,9 +158,7 @@ static inline void r_flights_load(RFlights *f, NphPathTally *tally, int shadow) 
     lanes->count = 0;
     while (lanes->count == 0 && f->next < rays->count) {
         int first = f->next, count = rays->count - first < R_LANES ? rays->count - first : R_LANES, kept = 0;
-        const Real *p[3] = {rays->p[0] + first, rays->p[1] + first, rays->p[2] + first};
-        const Real *d[3] = {rays->d[0] + first, rays->d[1] + first, rays->d[2] + first};
-        r_flights_enter(lanes, f->medium, p, d, rays->limit + first, count);
+        r_flights_enter(lanes, f->medium, rays->ray + first, rays->limit + first, count);
         for (int i = 0; i < count; i++) {
             Real T = shadow ? rays->T[first + i] : R(1.0);
             if (lanes->state[i] != R_WALKING || !(T > R(0.0))) continue;
@@ -191,7 +200,7 @@ static inline void r_flights_step(RLanes *restrict lanes, const RMedium *restric
 }
 
 /* Density over majorant where the lanes of due->list stand. */
-static inline void r_flights_look(const RLanes *restrict lanes, RDue *restrict due, const RMedium *restrict medium,
+R_OUTLINE void r_flights_look(const RLanes *restrict lanes, RDue *restrict due, const RMedium *restrict medium,
                                   const int32_t *restrict brick_index, const float *restrict values) {
     RGrid grid = medium->grid;
     grid.brick_index = brick_index;

@@ -99,24 +99,6 @@ static inline uint32_t r_sample(const NphPathBatch *batch, int32_t id) {
     return batch->first_sample + (uint32_t)(id & 15);
 }
 
-/* The same from copies that a loop over lanes can hold in registers; medium: a number that the loop writes. */
-typedef struct RTile {
-    int32_t x, y, width;
-    uint32_t first_sample;
-    int32_t count, medium;
-} RTile;
-
-static inline RTile r_tile(const NphPathBatch *batch, int count, int medium) {
-    RTile tile = {batch->tile_x, batch->tile_y, batch->scene->width, batch->first_sample, count, medium};
-    return tile;
-}
-
-static inline uint32_t r_tile_pixel(const RTile *tile, int32_t id) {
-    return (uint32_t)(tile->y + (id >> 8)) * (uint32_t)tile->width + (uint32_t)(tile->x + ((id >> 4) & 15));
-}
-
-static inline uint32_t r_tile_sample(const RTile *tile, int32_t id) { return tile->first_sample + (uint32_t)(id & 15); }
-
 /* Where a random stream stands: all of key and counter but the block. */
 typedef struct RStream {
     uint32_t key[2], pixel, sample, vertex, draw;
@@ -130,6 +112,25 @@ static inline RStream r_stream(const RScene *scene, uint32_t stage, uint32_t pix
 static inline NphWords r_words(const RStream *stream, uint32_t block) {
     return nph_philox(stream->key[0], stream->key[1], stream->pixel, stream->sample, stream->vertex,
                       stream->draw | block);
+}
+
+/* What a loop over lanes holds in registers to draw random words; medium: a number that the loop writes. */
+typedef struct RTile {
+    int32_t x, y, width;
+    uint32_t first_sample;
+    int32_t count, medium;
+    RStream stream; /* but pixel and sample */
+} RTile;
+
+static inline RTile r_tile(const NphPathBatch *batch, const RStream *stream, int count, int medium) {
+    RTile tile = {batch->tile_x, batch->tile_y, batch->scene->width, batch->first_sample, count, medium, *stream};
+    return tile;
+}
+
+static inline NphWords r_tile_words(const RTile *tile, int32_t id, uint32_t block) {
+    uint32_t pixel = (uint32_t)(tile->y + (id >> 8)) * (uint32_t)tile->width + (uint32_t)(tile->x + ((id >> 4) & 15));
+    return nph_philox(tile->stream.key[0], tile->stream.key[1], pixel, tile->first_sample + (uint32_t)(id & 15),
+                      tile->stream.vertex, tile->stream.draw | block);
 }
 
 static inline Real r_luminance(const Real c[3]) {

@@ -29,32 +29,38 @@ typedef struct RSpan {
     int inside;
 } RSpan;
 
-static inline void r_clip_axis(Real o, Real inv, Real lo, Real hi, RSpan *span) {
-    int moving = inv < R_HUGE;
-    Real t0 = (lo - o) * inv, t1 = (hi - o) * inv;
+typedef struct RAxis {
+    Real o, d, inv, near, far;
+    int inside;
+} RAxis;
+
+/* One axis of the medium's space; written without arrays and loops, which gcc would keep in memory. */
+static inline RAxis r_clip_axis(const Real row[4], const Real p[3], const Real d[3], Real lo, Real hi) {
+    RAxis axis;
+    axis.o = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+    axis.d = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+    int moving = r_abs(axis.d) > R_STILL;
+    axis.inv = moving ? R(1.0) / axis.d : R_HUGE;
+    Real t0 = (lo - axis.o) * axis.inv, t1 = (hi - axis.o) * axis.inv;
     Real first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
-    first = moving ? first : R(0.0);
-    last = moving ? last : R_HUGE;
-    span->near = first > span->near ? first : span->near;
-    span->far = last < span->far ? last : span->far;
-    span->inside &= moving | ((o >= lo) & (o < hi));
+    axis.near = moving ? first : R(0.0);
+    axis.far = moving ? last : R_HUGE;
+    axis.inside = moving | ((axis.o >= lo) & (axis.o < hi));
+    return axis;
 }
 
 /* The ray in the medium's space, clipped to [0, limit] and the medium's box; inside 0 when nothing is left. */
 static inline RSpan r_clip(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
-    const Real *m = medium->from_local;
-    RSpan span;
-    span.near = R(0.0);
-    span.far = limit;
-    span.inside = 1;
-    for (int a = 0; a < 3; a++) {
-        span.o[a] = m[4 * a] * p[0] + m[4 * a + 1] * p[1] + m[4 * a + 2] * p[2] + m[4 * a + 3];
-        span.d[a] = m[4 * a] * d[0] + m[4 * a + 1] * d[1] + m[4 * a + 2] * d[2];
-        Real inv = R(1.0) / span.d[a];
-        span.inv[a] = r_abs(span.d[a]) > R_STILL ? inv : R_HUGE;
-        r_clip_axis(span.o[a], span.inv[a], medium->lo[a], medium->hi[a], &span);
-    }
-    span.inside &= span.near < span.far;
+    RAxis x = r_clip_axis(medium->from_local, p, d, medium->lo[0], medium->hi[0]);
+    RAxis y = r_clip_axis(medium->from_local + 4, p, d, medium->lo[1], medium->hi[1]);
+    RAxis z = r_clip_axis(medium->from_local + 8, p, d, medium->lo[2], medium->hi[2]);
+    Real near = x.near > R(0.0) ? x.near : R(0.0), far = x.far < limit ? x.far : limit;
+    near = y.near > near ? y.near : near;
+    far = y.far < far ? y.far : far;
+    near = z.near > near ? z.near : near;
+    far = z.far < far ? z.far : far;
+    int inside = x.inside & y.inside & z.inside & (near < far);
+    RSpan span = {{x.o, y.o, z.o}, {x.d, y.d, z.d}, {x.inv, y.inv, z.inv}, near, far, inside};
     return span;
 }
 
