@@ -111,12 +111,11 @@ static size_t place(NphPathBatch *batch, char *memory) {
     } while (0)
     for (int set = 0; set < 2; set++) {
         RPaths *paths = &batch->paths[set];
-        for (int a = 0; a < 3; a++) PLACE(paths->p[a], reals); /* d behind p: see path_lanes.h */
+        /* one after another: loops over lanes reach them from p[0] (R_OF_P ... R_ARRAYS) */
+        for (int a = 0; a < 3; a++) PLACE(paths->p[a], reals);
         for (int a = 0; a < 3; a++) PLACE(paths->d[a], reals);
-        for (int a = 0; a < 3; a++) {
-            PLACE(paths->weight[a], reals);
-            PLACE(paths->share[a], reals);
-        }
+        for (int c = 0; c < 3; c++) PLACE(paths->weight[c], reals);
+        for (int c = 0; c < 3; c++) PLACE(paths->share[c], reals);
         PLACE(paths->pdf, reals);
         PLACE(paths->id, ints);
         PLACE(paths->hero, ints);
@@ -128,9 +127,9 @@ static size_t place(NphPathBatch *batch, char *memory) {
     for (int a = 0; a < 3; a++) PLACE(batch->ray[a], reals);
     for (int a = 0; a < 3; a++) PLACE(batch->towards[a], reals);
     for (int a = 0; a < 3; a++) PLACE(batch->arriving[a], reals);
-    PLACE(batch->reach, reals);
     PLACE(batch->carried, reals);
     PLACE(batch->passed, reals);
+    PLACE(batch->reach, reals);
     PLACE(batch->ray_id, ints);
     PLACE(batch->flights, (sizeof(RFlights) + 63) / 64 * 64);
     PLACE(batch->samples, reals * NPH_SAMPLE_FIELDS);

@@ -61,7 +61,7 @@ R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restr
     const RTile tile = *from;
     Real sigma = medium->sigma[0];
     for (int i = 0; i < tile.count; i++) { /* vec */
-        RSpan span = r_clip_ray(medium, ray + i, distance[i]);
+        RSpan span = r_clip_ray(medium, ray, i, distance[i]);
         NphWords words = r_tile_words(&tile, id[i], 0);
         Real t = span.near + r_event_depth(words.w0) / sigma;
         int hits = span.inside & (t < span.far);

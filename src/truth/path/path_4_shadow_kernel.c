@@ -56,6 +56,66 @@ static void sample_grey(NphPathBatch *batch, int light_number, int count, int at
     }
 }
 
+/* The same where no lane has to choose: one medium, whose phase function is known, and a sun in one direction. */
+typedef struct RSunlight {
+    RPhase phase;
+    Real albedo, value[3], to[3];
+    int count;
+} RSunlight;
+
+R_INLINE void light_lane(const RSunlight *sun, const Real *from, int i, Real distance, Real *rays, int k) {
+    Real d[3] = {r_lane(from, R_OF_D, i), r_lane(from, R_OF_D + 1, i), r_lane(from, R_OF_D + 2, i)};
+    Real weight = r_lane(from, R_OF_WEIGHT, i) * sun->albedo * r_phase_at(&sun->phase, r_angle_between(d, sun->to));
+    Real largest = r_max(weight * sun->value[0], R(0.0));
+    largest = r_max(largest, weight * sun->value[1]);
+    largest = r_max(largest, weight * sun->value[2]);
+    rays[R_OF_P * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P, i) + distance * d[0];
+    rays[(R_OF_P + 1) * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P + 1, i) + distance * d[1];
+    rays[(R_OF_P + 2) * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P + 2, i) + distance * d[2];
+    rays[R_OF_D * NPH_PATH_BATCH + k] = sun->to[0];
+    rays[(R_OF_D + 1) * NPH_PATH_BATCH + k] = sun->to[1];
+    rays[(R_OF_D + 2) * NPH_PATH_BATCH + k] = sun->to[2];
+    rays[R_OF_ARRIVING * NPH_PATH_BATCH + k] = sun->value[0];
+    rays[(R_OF_ARRIVING + 1) * NPH_PATH_BATCH + k] = sun->value[1];
+    rays[(R_OF_ARRIVING + 2) * NPH_PATH_BATCH + k] = sun->value[2];
+    rays[R_OF_CARRIED * NPH_PATH_BATCH + k] = weight;
+    rays[R_OF_PASSED * NPH_PATH_BATCH + k] = largest > R(0.0) ? R(1.0) : R(0.0);
+    rays[R_OF_REACH * NPH_PATH_BATCH + k] = R_HUGE;
+}
+
+#define SUNLIGHT(name, phase_kind)                                                                                \
+    R_OUTLINE void name(const RSunlight *restrict constant, const Real *restrict from, const int32_t *restrict queue, \
+                        const Real *restrict distance, Real *restrict rays) {                                     \
+        RSunlight sun = *constant;                                                                                \
+        sun.phase.kind = (phase_kind);                                                                            \
+        for (int k = 0; k < sun.count; k++) light_lane(&sun, from, queue[k], distance[queue[k]], rays, k);        \
+    }
+SUNLIGHT(sunlight_isotropic, NPH_PHASE_ISOTROPIC)
+SUNLIGHT(sunlight_hg, NPH_PHASE_HG)
+SUNLIGHT(sunlight_two_lobe, NPH_PHASE_TWO_LOBE)
+SUNLIGHT(sunlight_rayleigh, NPH_PHASE_RAYLEIGH)
+
+static void sample_sun(NphPathBatch *batch, const RLight *light) {
+    const RMedium *medium = &batch->scene->media[0];
+    const RPaths *paths = &batch->paths[batch->now];
+    RSunlight sun = {medium->phase, medium->albedo[0], {light->value[0], light->value[1], light->value[2]},
+                     {light->direction[0], light->direction[1], light->direction[2]}, batch->queued};
+    void (*const samples[])(const RSunlight *, const Real *, const int32_t *, const Real *, Real *) = {
+        [NPH_PHASE_ISOTROPIC] = sunlight_isotropic, [NPH_PHASE_HG] = sunlight_hg,
+        [NPH_PHASE_TWO_LOBE] = sunlight_two_lobe, [NPH_PHASE_RAYLEIGH] = sunlight_rayleigh};
+    samples[medium->phase.kind](&sun, paths->p[0], batch->queue, batch->distance, batch->ray[0]);
+    for (int k = 0; k < batch->queued; k++) batch->ray_id[k] = paths->id[batch->queue[k]];
+}
+
+R_OUTLINE void pass_homogeneous(const RMedium *restrict medium, const Real *restrict rays, const Real *restrict reach,
+                                Real *restrict passed, int count) {
+    for (int k = 0; k < count; k++) { /* vec */
+        RSpan span = r_clip_ray(medium, rays, k, reach[k]);
+        Real T = r_exp(-medium->sigma[0] * (span.far - span.near));
+        passed[k] *= span.inside ? T : R(1.0);
+    }
+}
+
 /* 2: their transmittances. */
 static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light_number, int count) {
     const RScene *scene = batch->scene;
@@ -69,6 +129,10 @@ static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light
         flights->batch = batch;
         flights->rays = (RRays){batch->ray[0], batch->reach, batch->passed, batch->ray_id, count};
         r_flights_run(flights, &batch->tally, 1, NULL, m);
+        return;
+    }
+    if (count > R_FEW) {
+        pass_homogeneous(medium, batch->ray[0], batch->reach, batch->passed, count);
         return;
     }
     for (int k = 0; k < count; k++) {
@@ -89,7 +153,11 @@ static void shadow_grey(NphPathBatch *batch, int light_number, int at_sensor) {
     int count = at_sensor ? batch->count : batch->queued;
     uint32_t vertex = batch->vertex + (at_sensor ? 0u : 1u);
     RStream stream = r_stream(scene, NPH_RNG_SHADOW, 0, 0, vertex);
-    sample_grey(batch, light_number, count, at_sensor, vertex);
+    const RLight *light = &scene->lights[light_number];
+    if (light->kind == NPH_LIGHT_SUN && !(light->disc.width > R(0.0)) && scene->medium_count == 1 && !at_sensor)
+        sample_sun(batch, light);
+    else
+        sample_grey(batch, light_number, count, at_sensor, vertex);
     for (int m = 0; m < scene->medium_count; m++) pass_grey(batch, m, &stream, light_number, count);
     for (int k = 0; k < count; k++) {
         Real arrives = batch->carried[k] * batch->passed[k];

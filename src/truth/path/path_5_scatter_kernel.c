@@ -9,20 +9,89 @@
 
 void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch);
 
-void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
+/* What the lane loops below hold in registers. */
+typedef struct RScatter {
+    RPhase phase;
+    Real albedo, roulette;
+    RTile tile;
+} RScatter;
+
+/* Grey transport in one medium: path queue[k] into place k of `to`, with weight 0 where it ends. */
+R_INLINE void turn_lane(const RScatter *scatter, const Real *from, const int32_t *id, int i, Real distance, Real *to,
+                             int k) {
+    NphWords words = r_tile_words(&scatter->tile, id[i], 0);
+    Real d[3] = {r_lane(from, R_OF_D, i), r_lane(from, R_OF_D + 1, i), r_lane(from, R_OF_D + 2, i)}, turned[3];
+    Real weight = r_lane(from, R_OF_WEIGHT, i) * scatter->albedo;
+    Real survival = weight < scatter->roulette ? weight / (R(2.0) * scatter->roulette) : R(1.0);
+    Real lives = (Real)(r_uniform(words.w3) < survival);
+    RAngle angle = r_phase_angle(&scatter->phase, r_uniform(words.w0), r_uniform(words.w2));
+    r_turn_by(d, angle, r_uniform(words.w1), turned);
+    to[R_OF_P * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P, i) + distance * d[0];
+    to[(R_OF_P + 1) * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P + 1, i) + distance * d[1];
+    to[(R_OF_P + 2) * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P + 2, i) + distance * d[2];
+    to[R_OF_D * NPH_PATH_BATCH + k] = turned[0];
+    to[(R_OF_D + 1) * NPH_PATH_BATCH + k] = turned[1];
+    to[(R_OF_D + 2) * NPH_PATH_BATCH + k] = turned[2];
+    to[R_OF_WEIGHT * NPH_PATH_BATCH + k] = lives > R(0.0) ? weight / survival : R(0.0);
+    to[R_OF_PDF * NPH_PATH_BATCH + k] = r_phase_at(&scatter->phase, angle);
+}
+
+/* A loop for each kind of phase function, so that none chooses by lane. */
+#define TURN(name, phase_kind)                                                                                      \
+    R_OUTLINE void name(const RScatter *restrict constant, const Real *restrict from, const int32_t *restrict id,   \
+                        const int32_t *restrict queue, const Real *restrict distance, Real *restrict to) {          \
+        RScatter scatter = *constant;                                                                               \
+        scatter.phase.kind = (phase_kind);                                                                          \
+        for (int k = 0; k < scatter.tile.count; k++) turn_lane(&scatter, from, id, queue[k], distance[queue[k]], to, k); \
+    }
+TURN(turn_isotropic, NPH_PHASE_ISOTROPIC)
+TURN(turn_hg, NPH_PHASE_HG)
+TURN(turn_two_lobe, NPH_PHASE_TWO_LOBE)
+TURN(turn_rayleigh, NPH_PHASE_RAYLEIGH)
+
+/* Moves the paths that live together, in their order. */
+static int close_ranks(const NphPathBatch *batch, const RPaths *from, RPaths *to) {
+    int count = 0;
+    for (int k = 0; k < batch->queued; k++) {
+        int i = batch->queue[k];
+        if (!(to->weight[0][k] > R(0.0))) continue;
+        for (int a = 0; a < 3 && count < k; a++) {
+            to->p[a][count] = to->p[a][k];
+            to->d[a][count] = to->d[a][k];
+        }
+        to->weight[0][count] = to->weight[0][k];
+        to->share[0][count] = R(1.0);
+        to->pdf[count] = to->pdf[k];
+        to->id[count] = from->id[i];
+        to->hero[count] = from->hero[i];
+        count++;
+    }
+    return count;
+}
+
+static int scatter_lanes(NphPathBatch *batch, uint32_t vertex) {
     const RScene *scene = batch->scene;
     const RPaths *from = &batch->paths[batch->now];
     RPaths *to = &batch->paths[1 - batch->now];
-    uint32_t vertex = batch->vertex + 1u;
+    const RMedium *medium = &scene->media[0];
+    RStream stream = r_stream(scene, NPH_RNG_SCATTER, 0, 0, vertex);
+    RScatter scatter = {medium->phase, medium->albedo[0], scene->roulette, r_tile(batch, &stream, batch->queued, 0)};
+    void (*const turns[])(const RScatter *, const Real *, const int32_t *, const int32_t *, const Real *, Real *) = {
+        [NPH_PHASE_ISOTROPIC] = turn_isotropic, [NPH_PHASE_HG] = turn_hg, [NPH_PHASE_TWO_LOBE] = turn_two_lobe,
+        [NPH_PHASE_RAYLEIGH] = turn_rayleigh};
+    turns[medium->phase.kind](&scatter, from->p[0], from->id, batch->queue, batch->distance, to->p[0]);
+    return close_ranks(batch, from, to);
+}
+
+static int scatter_any(NphPathBatch *batch, uint32_t vertex) {
+    const RScene *scene = batch->scene;
+    const RPaths *from = &batch->paths[batch->now];
+    RPaths *to = &batch->paths[1 - batch->now];
     int count = 0;
     for (int k = 0; k < batch->queued; k++) {
         int i = batch->queue[k];
         int32_t id = from->id[i];
         const RMedium *medium = &scene->media[batch->medium[i]];
-        if (vertex == 1) {
-            batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = batch->start[id] + batch->distance[i];
-            batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = R(1.0);
-        }
         RStream stream = r_stream(scene, NPH_RNG_SCATTER, r_pixel(batch, id), r_sample(batch, id), vertex);
         NphWords words = r_words(&stream, 0);
         Real weight[3], largest = R(0.0);
@@ -48,6 +117,20 @@ void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
         to->hero[count] = from->hero[i];
         count++;
     }
+    return count;
+}
+
+void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
+    const RPaths *from = &batch->paths[batch->now];
+    uint32_t vertex = batch->vertex + 1u;
+    for (int k = 0; k < batch->queued && vertex == 1; k++) {
+        int i = batch->queue[k];
+        int32_t id = from->id[i];
+        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = batch->start[id] + batch->distance[i];
+        batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = R(1.0);
+    }
+    int lanes = batch->scene->channels == 1 && batch->scene->medium_count == 1;
+    int count = lanes ? scatter_lanes(batch, vertex) : scatter_any(batch, vertex);
     batch->now = 1 - batch->now;
     batch->count = count;
     batch->vertex = vertex;

@@ -9,13 +9,6 @@
 
 #include "truth/path/path_walk.h"
 
-/* Functions whose loops must become vectors stay functions: inlined, gcc forgets that their parameters are restrict. */
-#if defined(__GNUC__)
-#define R_OUTLINE static __attribute__((noinline, unused))
-#else
-#define R_OUTLINE static
-#endif
-
 enum { R_LANES = 128, R_FEW = 4 }; /* so few rays are followed one by one */
 
 /* Rays to follow: T and limit are read, and written when the flight ends. ray: six arrays of NPH_PATH_BATCH, p and d. */
@@ -54,10 +47,10 @@ typedef struct RFlights {
     RDue due;
 } RFlights;
 
-/* r_clip of a ray in six arrays one after another. */
-static inline RSpan r_clip_ray(const RMedium *medium, const Real *ray, Real limit) {
-    Real p[3] = {ray[0], ray[NPH_PATH_BATCH], ray[2 * NPH_PATH_BATCH]};
-    Real d[3] = {ray[3 * NPH_PATH_BATCH], ray[4 * NPH_PATH_BATCH], ray[5 * NPH_PATH_BATCH]};
+/* r_clip of ray i of six arrays one after another. */
+static inline RSpan r_clip_ray(const RMedium *medium, const Real *rays, int i, Real limit) {
+    Real p[3] = {r_lane(rays, R_OF_P, i), r_lane(rays, R_OF_P + 1, i), r_lane(rays, R_OF_P + 2, i)};
+    Real d[3] = {r_lane(rays, R_OF_D, i), r_lane(rays, R_OF_D + 1, i), r_lane(rays, R_OF_D + 2, i)};
     return r_clip(medium, p, d, limit);
 }
 
@@ -136,7 +129,7 @@ R_OUTLINE void r_flights_enter(RLanes *restrict lanes, const RMedium *restrict m
                                const Real *restrict limit, int count) {
     const int32_t n[3] = {medium->majorant_n[0], medium->majorant_n[1], medium->majorant_n[2]};
     for (int i = 0; i < count; i++) { /* vec */
-        RSpan span = r_clip_ray(medium, ray + i, limit[i]);
+        RSpan span = r_clip_ray(medium, ray, i, limit[i]);
         for (int a = 0; a < 3; a++) {
             lanes->o[a][i] = span.o[a];
             lanes->d[a][i] = span.d[a];

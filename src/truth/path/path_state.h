@@ -16,6 +16,16 @@
 #include "optics/phase_lookup.h"
 #include "truth/path/path.h"
 
+/* Functions whose loops must become vectors stay functions: inlined, gcc forgets that their parameters are restrict.
+ * What they call for each lane must be inlined, however large. */
+#if defined(__GNUC__)
+#define R_OUTLINE static __attribute__((noinline, unused))
+#define R_INLINE static inline __attribute__((always_inline))
+#else
+#define R_OUTLINE static
+#define R_INLINE static inline
+#endif
+
 /* Stage numbers of the random streams. */
 enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5 };
 
@@ -70,6 +80,12 @@ typedef struct RPaths {
     int32_t *hero;             /* channel whose extinction drives the tracking */
 } RPaths;
 
+static inline Real r_lane(const Real *arrays, int which, int i) { return arrays[which * NPH_PATH_BATCH + i]; }
+
+/* Where the arrays of RPaths stand, in units of NPH_PATH_BATCH from p[0]; those of shadow rays likewise from ray[0]. */
+enum { R_OF_P = 0, R_OF_D = 3, R_OF_WEIGHT = 6, R_OF_SHARE = 9, R_OF_PDF = 12 };
+enum { R_OF_ARRIVING = 6, R_OF_CARRIED = 9, R_OF_PASSED = 10, R_OF_REACH = 11 };
+
 struct NphPathBatch {
     const RScene *scene;
     RPaths paths[2];           /* paths[now] is read by track, escape, shadow, scatter; scatter fills the other one */
@@ -80,9 +96,9 @@ struct NphPathBatch {
     int32_t *medium;           /* in which it happens */
     int32_t *queue, *escaped;  /* positions of the paths that collide, that leave */
     int queued, left;
-    Real *ray[3], *towards[3]; /* rays from vertices to a light: [4096] each, as the three below */
-    Real *reach, *carried, *passed; /* how far the light is; what arrives per radiance if nothing stops it; transmittance */
+    Real *ray[3], *towards[3]; /* rays from vertices to a light: [4096] each, as those below */
     Real *arriving[3];         /* radiance over density of the light sample */
+    Real *carried, *passed, *reach; /* what arrives per radiance if nothing stops it; transmittance; how far the light is */
     int32_t *ray_id;
     void *flights;             /* RFlights (path_lanes.h) */
     Real *samples;             /* [NPH_SAMPLE_FIELDS][4096] */
