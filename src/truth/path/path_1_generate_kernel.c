@@ -4,14 +4,49 @@
  * box of all media, so that Real holds what follows. A pixel is a box filter: uniform positions. A flux sensor's rays
  * start on its rectangle and are cosine distributed: E = pi times the mean radiance.
  * [-> paths.p, d, weight, share, pdf, id, hero; start] */
+#include <string.h>
+
 #include "truth/path/path_camera.h"
 
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch);
 
+/* All 4096 rays of a tile, one grey channel. */
+R_OUTLINE void generate_lanes(const RScene *restrict constant, const RTile *restrict from, Real *restrict to,
+                              Real *restrict start) {
+    const RScene *scene = constant;
+    RTile tile = *from;
+    double perspective = scene->sensor.kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0;
+    for (int i = 0; i < NPH_PATH_BATCH; i++) { /* vec */
+        NphWords words = r_tile_words(&tile, i, 0);
+        RCameraRay ray = r_camera_plain(scene, tile.x + ((i >> 4) & 15), tile.y + (i >> 8), words, perspective);
+        to[R_OF_P * NPH_PATH_BATCH + i] = ray.p[0];
+        to[(R_OF_P + 1) * NPH_PATH_BATCH + i] = ray.p[1];
+        to[(R_OF_P + 2) * NPH_PATH_BATCH + i] = ray.p[2];
+        to[R_OF_D * NPH_PATH_BATCH + i] = ray.d[0];
+        to[(R_OF_D + 1) * NPH_PATH_BATCH + i] = ray.d[1];
+        to[(R_OF_D + 2) * NPH_PATH_BATCH + i] = ray.d[2];
+        to[R_OF_WEIGHT * NPH_PATH_BATCH + i] = R(1.0);
+        to[R_OF_SHARE * NPH_PATH_BATCH + i] = R(1.0);
+        to[R_OF_PDF * NPH_PATH_BATCH + i] = R(-1.0);
+        start[i] = ray.start;
+    }
+}
+
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
     const RScene *scene = batch->scene;
     RPaths *paths = &batch->paths[batch->now];
-    int count = 0;
+    int count = 0, whole = batch->inside[0] <= batch->tile_x && batch->inside[1] <= batch->tile_y &&
+                           batch->inside[2] >= batch->tile_x + NPH_TILE && batch->inside[3] >= batch->tile_y + NPH_TILE;
+    batch->vertex = 0;
+    if (whole && scene->channels == 1 && scene->sensor.kind != NPH_SENSOR_FLUX) {
+        RStream stream = r_stream(scene, NPH_RNG_GENERATE, 0, 0, 0);
+        RTile tile = r_tile(batch, &stream, NPH_PATH_BATCH, 0);
+        generate_lanes(scene, &tile, paths->p[0], batch->start);
+        for (int32_t id = 0; id < NPH_PATH_BATCH; id++) paths->id[id] = id;
+        memset(paths->hero, 0, sizeof(int32_t) * NPH_PATH_BATCH);
+        batch->count = NPH_PATH_BATCH;
+        return;
+    }
     for (int32_t id = 0; id < NPH_PATH_BATCH; id++) {
         int x = batch->tile_x + ((id >> 4) & 15), y = batch->tile_y + (id >> 8);
         if (x < batch->inside[0] || y < batch->inside[1] || x >= batch->inside[2] || y >= batch->inside[3]) continue;
@@ -33,5 +68,4 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
         count++;
     }
     batch->count = count;
-    batch->vertex = 0;
 }

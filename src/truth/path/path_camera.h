@@ -14,56 +14,81 @@ typedef struct RCameraRay {
     int32_t hero;
 } RCameraRay;
 
+/* The part of a ray between two planes; inv = 1 / d, or 0 along an axis that the ray does not move along. */
+typedef struct RSlab {
+    double near, far;
+    int missed;
+} RSlab;
+
+static inline RSlab r_camera_slab(double lo, double hi, double p, double d) {
+    int bounded = (lo > -1e300) & (hi < 1e300), moving = nph_abs(d) > 1e-300, both = bounded & moving;
+    double inv = 1.0 / d, t0 = (lo - p) * inv, t1 = (hi - p) * inv;
+    double first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
+    RSlab slab = {both ? first : 0.0, both ? last : 1e300, bounded & !moving & ((p < lo) | (p > hi))};
+    return slab;
+}
+
 /* Distance along the ray to the box of all media, at most; 0 inside it or when it is missed. */
 static inline double r_camera_advance(const RScene *scene, const double p[3], const double d[3]) {
-    double near = 0.0, far = 1e300;
+    const double *lo = scene->bounds_lo, *hi = scene->bounds_hi;
+    RSlab x = r_camera_slab(lo[0], hi[0], p[0], d[0]), y = r_camera_slab(lo[1], hi[1], p[1], d[1]);
+    RSlab z = r_camera_slab(lo[2], hi[2], p[2], d[2]);
+    double near = x.near > 0.0 ? x.near : 0.0, far = x.far < y.far ? x.far : y.far;
+    near = y.near > near ? y.near : near;
+    near = z.near > near ? z.near : near;
+    far = z.far < far ? z.far : far;
+    return (near < far) & !(x.missed | y.missed | z.missed) ? near : 0.0;
+}
+
+/* A ray from p along d, of any length, to scene-local space. */
+static inline RCameraRay r_camera_start(const RScene *scene, const double p[3], const double along[3], uint32_t word) {
+    double inverse = 1.0 / nph_sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
+    double d[3] = {along[0] * inverse, along[1] * inverse, along[2] * inverse};
+    double start = r_camera_advance(scene, p, d);
+    RCameraRay ray = {{(Real)(p[0] + start * d[0]), (Real)(p[1] + start * d[1]), (Real)(p[2] + start * d[2])},
+                      {(Real)d[0], (Real)d[1], (Real)d[2]}, (Real)start, R(1.0), R(-1.0),
+                      (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->channels) >> 32)};
+    return ray;
+}
+
+/* Pinhole (perspective 1: the offset on the picture turns the ray) or parallel rays (0: it moves it). */
+static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWords words, double perspective) {
+    const NphSensor *sensor = &scene->sensor;
+    const double *at = sensor->position, *o = scene->origin, *right = sensor->right, *up = sensor->up;
+    const double *forward = sensor->forward;
+    double s = sensor->half_size[0] * (2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0);
+    double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height);
+    double offset[3] = {s * right[0] + t * up[0], s * right[1] + t * up[1], s * right[2] + t * up[2]};
+    double moves = 1.0 - perspective;
+    double p[3] = {at[0] - o[0] + moves * offset[0], at[1] - o[1] + moves * offset[1], at[2] - o[2] + moves * offset[2]};
+    double d[3] = {forward[0] + perspective * offset[0], forward[1] + perspective * offset[1],
+                   forward[2] + perspective * offset[2]};
+    return r_camera_start(scene, p, d, words.w2);
+}
+
+/* A flux sensor: from its rectangle, cosine distributed around its normal. */
+static inline RCameraRay r_camera_flux(const RScene *scene, int x, int y, NphWords words, NphWords more) {
+    const NphSensor *sensor = &scene->sensor;
+    double s = sensor->half_size[0] * (2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0);
+    double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height);
+    double v = nph_uniform(words.w3), turn_sin, turn_cos, p[3], d[3];
+    nph_sincos2pi(nph_uniform(more.w0), &turn_sin, &turn_cos);
+    double across = nph_sqrt(v), cosine = nph_sqrt(1.0 - v); /* v < 1, so the ray never runs along the plane */
     for (int a = 0; a < 3; a++) {
-        double lo = scene->bounds_lo[a], hi = scene->bounds_hi[a];
-        if (!(lo > -1e300) || !(hi < 1e300)) continue;
-        if (!(nph_abs(d[a]) > 1e-300)) {
-            if (p[a] < lo || p[a] > hi) return 0.0;
-            continue;
-        }
-        double t0 = (lo - p[a]) / d[a], t1 = (hi - p[a]) / d[a];
-        double first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
-        near = first > near ? first : near;
-        far = last < far ? last : far;
+        p[a] = sensor->position[a] - scene->origin[a] + (s * sensor->right[a] + t * sensor->up[a]);
+        d[a] = across * (turn_cos * sensor->right[a] + turn_sin * sensor->up[a]) + cosine * sensor->forward[a];
     }
-    return near < far ? near : 0.0;
+    RCameraRay ray = r_camera_start(scene, p, d, words.w2);
+    ray.weight = R(3.14159265358979323846);
+    ray.pdf = (Real)(cosine * 0.31830988618379067154);
+    return ray;
 }
 
 static inline void r_camera_ray(const RScene *scene, int x, int y, const RStream *stream, RCameraRay *ray) {
-    const NphSensor *sensor = &scene->sensor;
-    NphWords words = r_words(stream, 0), more = r_words(stream, 1);
-    double s = 2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0;
-    double t = 1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height;
-    double p[3], d[3], length = 0.0, cosine = 1.0;
-    s *= sensor->half_size[0];
-    t *= sensor->half_size[1];
-    int perspective = sensor->kind == NPH_SENSOR_PERSPECTIVE, flux = sensor->kind == NPH_SENSOR_FLUX;
-    double v = nph_uniform(words.w3), turn_sin, turn_cos;
-    nph_sincos2pi(nph_uniform(more.w0), &turn_sin, &turn_cos);
-    double across = nph_sqrt(v);
-    cosine = nph_sqrt(1.0 - v); /* v < 1, so the ray never runs along the plane */
-    for (int a = 0; a < 3; a++) {
-        double offset = s * sensor->right[a] + t * sensor->up[a];
-        p[a] = sensor->position[a] + (perspective ? 0.0 : offset) - scene->origin[a];
-        d[a] = sensor->forward[a] + (perspective ? offset : 0.0);
-        if (flux) d[a] = across * (turn_cos * sensor->right[a] + turn_sin * sensor->up[a]) + cosine * sensor->forward[a];
-        length += d[a] * d[a];
-    }
-    length = nph_sqrt(length);
-    for (int a = 0; a < 3; a++) d[a] /= length;
-    double start = r_camera_advance(scene, p, d);
-    for (int a = 0; a < 3; a++) {
-        ray->p[a] = (Real)(p[a] + start * d[a]);
-        ray->d[a] = (Real)d[a];
-    }
-    ray->start = (Real)start;
-    ray->weight = flux ? R(3.14159265358979323846) : R(1.0);
-    ray->pdf = flux ? (Real)(cosine * 0.31830988618379067154) : R(-1.0);
-    int32_t hero = (int32_t)(((uint64_t)words.w2 * (uint64_t)(uint32_t)scene->channels) >> 32);
-    ray->hero = hero;
+    NphWords words = r_words(stream, 0);
+    int kind = scene->sensor.kind;
+    if (kind == NPH_SENSOR_FLUX) *ray = r_camera_flux(scene, x, y, words, r_words(stream, 1));
+    else *ray = r_camera_plain(scene, x, y, words, kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0);
 }
 
 #endif
