@@ -47,7 +47,7 @@ static int read_rows(Row *rows) {
     return count;
 }
 
-/* Renders one side of the slab, with a seed of its own, until the standard error is small enough. */
+/* Renders one side of the slab, with seeds of its own and the samples that its standard error needs. */
 static void measure(const Row *row, int number, int below, double *mean, double *error) {
     double truth = below ? row->T : row->R;
     double elevation = asin(row->mu0) * 180.0 / 3.14159265358979323846;
@@ -60,16 +60,20 @@ static void measure(const Row *row, int number, int below, double *mean, double 
                                    "media:\n  - {layer: [0, 1], extinction: %.17g, albedo: %.17g, phase: {type: hg, g: %.17g}}\n"
                                    "lights:\n  - %s\n",
                                    below ? "-0.001" : "1.001", below ? 1 : -1, row->tau, row->ssa, row->g, light);
-    for (int64_t samples = 16; samples <= 4096; samples *= 2) {
+    /* The number of samples comes from a pilot run with another seed: to stop when the estimated error is small enough
+     * would prefer runs whose mean is low (measured: -0.3% at a standard error of 0.25%). */
+    int64_t samples = 32;
+    for (int run = 0; run < 2; run++) {
         RenderCase render;
         NphRenderOptions options = render_options(samples, 32);
         options.seed_given = 1;
-        options.seed = (uint32_t)(2 * number + below);
+        options.seed = (uint32_t)(4 * number + 2 * below + run);
         render_case(&render, yaml, &options, 0);
         *mean = render_mean(&render, "R");
         *error = render_error(&render, "R");
         render_free(&render);
-        if (*error <= 0.003 * truth || *error <= 2e-6) return;
+        double wanted = 0.0025 * truth > 1.7e-6 ? 0.0025 * truth : 1.7e-6;
+        samples = (int64_t)ceil((double)samples * *error * *error / (wanted * wanted) / 16.0) * 16;
     }
 }
 
