@@ -120,7 +120,7 @@ static NphStatus make_head(NphContext *context, const char *path, const NphBoxGr
     int64_t channels = values->rank == 4 ? values->shape[3] : 1;
     if (values->type != NPH_F32 || (values->rank != 3 && values->rank != 4) || (channels != 1 && channels != 3))
         return nph_error(context, NPH_BAD_USAGE, "%s: a .vol takes f32 [z][y][x] or [z][y][x][3]", path);
-    memcpy(head, "VOL", 3);
+    memcpy(head, "VOL", 3); /* NOLINT(bugprone-not-null-terminated-result): three bytes are the signature */
     head[3] = VERSION;
     store_u32(head + AT_TYPE, TYPE_FLOAT32);
     store_u32(head + AT_CHANNELS, (uint32_t)channels);

@@ -3,6 +3,7 @@
  * One level of a comparison: the picture cut into tiles, every tile and channel a hypothesis. Holm's procedure keeps
  * the probability of even one false difference below the level's share of the error budget, however the hypotheses
  * depend on each other [Holm79]. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -86,6 +87,7 @@ static void name_worst(const NphPair *pair, const NphFinding *worst, NphCompareL
     level->worst_x = pair->x0 + worst->rect.x0;
     level->worst_y = pair->y0 + worst->rect.y0;
     level->worst_size = worst->rect.x1 - worst->rect.x0;
+    assert(worst->channel >= 0);
     strcpy(level->worst_channel, pair->channels == 1 ? "RGB" : channel_names[worst->channel]);
     level->worst_difference = worst->evidence.difference / scale;
 }

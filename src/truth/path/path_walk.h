@@ -14,6 +14,8 @@
 #ifndef NPH_TRUTH_PATH_WALK_H
 #define NPH_TRUTH_PATH_WALK_H
 
+#include <assert.h>
+
 #include "truth/path/path_state.h"
 
 #define R_HUGE R(1e30)
@@ -235,6 +237,7 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
                                    const RScene *scene, REvents *events, Real T[3], NphPathTally *tally) {
     RSpan span = r_clip(medium, p, d, limit);
     Real depth, decision;
+    assert(scene->channels <= 3);
     if (!span.inside) return;
     tally->tentative++;
     if (medium->shape != NPH_SHAPE_GRID) {
