@@ -28,6 +28,11 @@ static const char *const scenes[] = {
     CAMERA "media:\n"
            "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 40, albedo: 1, phase: {type: hg, g: 0.85}}\n"
            "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n  - {type: constant, radiance: [0.1, 0.2, 0.3], hemisphere: upper}\n",
+    /* grey media whose flights are weighed: light is only met by leaving */
+    CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 20, albedo: 0.6, phase: {type: two_lobe, g: 0.8, g2: -0.3, weight: 0.7}}\n"
+           "lights:\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n",
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 0.1, phase: {type: rayleigh}}\n"
+           "lights:\n  - {type: constant, radiance: 1}\n",
     /* a layer seen by a flux sensor */
     "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 2.5], direction: [0, 0, -1], up: [0, 1, 0], extent: 1}\n"
     "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: isotropic}}\n"

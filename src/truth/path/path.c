@@ -14,6 +14,8 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
     {"path.roulette", "1", "throughput below which a path may be ended by chance", "time against variance", 0.1, 0.0, 1.0},
     {"path.shadow_roulette", "1", "transmittance below which a shadow ray may be ended by chance",
      "time against variance", 0.05, 0.0, 1.0},
+    {"path.weighed", "1", "part of the absorption that weighs flights instead of collisions, where light is only met by "
+     "paths that leave", "variance against time", 1.0, 0.0, 1.0},
 };
 
 static const NphStage stages[NPH_PATH_STAGES] = {

@@ -21,7 +21,19 @@ static const double huge = 1e300;
 
 size_t NPH_KERNEL(nph_path_scene_bytes)(void) { return sizeof(RScene); }
 
-static void prepare_medium(const NphMedium *medium, const double origin[3], uint32_t number, RMedium *out) {
+/* Density over majorant in the mean over the cells, each as heavy as its majorant. */
+static Real mean_of_majorant(const NphGrid *grid) {
+    const int32_t *n = grid->majorant.n;
+    int64_t cells = (int64_t)n[0] * n[1] * n[2], samples = NPH_MAJORANT_CELL * NPH_MAJORANT_CELL * NPH_MAJORANT_CELL;
+    double sum = 0.0;
+    for (int64_t i = 0; i < cells; i++) sum += grid->majorant.cells[i] > 0.0f ? (double)grid->majorant.cells[i] : 0.0;
+    double part = sum > 0.0 ? grid->sum / (sum * (double)samples) : 0.0;
+    return (Real)(part < 1.0 ? part : 1.0);
+}
+
+/* weighed: what part of the absorption weighs flights; at least a quarter of the extinction makes collisions, which tell
+ * the distance of the first one. */
+static void prepare_medium(const NphMedium *medium, const double origin[3], double weighed, uint32_t number, RMedium *out) {
     double medium_from_world[12];
     nph_affine_invert(medium->world_from_medium, medium_from_world);
     out->shape = medium->shape;
@@ -41,12 +53,15 @@ static void prepare_medium(const NphMedium *medium, const double origin[3], uint
     for (int c = 0; c < 3; c++) {
         out->sigma[c] = (Real)medium->extinction_per_m[c];
         out->ratio[c] = largest > 0.0 ? (Real)(medium->extinction_per_m[c] / largest) : R(0.0);
-        out->albedo[c] = (Real)medium->albedo[c];
     }
+    double least = medium->albedo[0] > 0.25 ? medium->albedo[0] : 0.25, collide = 1.0 - weighed * (1.0 - least);
+    out->collide = (Real)collide;
+    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)(medium->albedo[c] / collide);
     out->phase = r_phase(&medium->phase);
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
     out->majorant = medium->grid.majorant.cells;
+    out->control = mean_of_majorant(&medium->grid);
     for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
 }
 
@@ -86,6 +101,7 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     }
     out->channels = choice->channels;
     out->film_channels = choice->film_channels;
+    out->weighed = choice->weighed > 0.0;
     out->width = scene->sensor.width;
     out->height = scene->sensor.height;
     out->seed = job->seed;
@@ -94,7 +110,8 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     out->shadow_roulette = (Real)job->knobs[NPH_PATH_KNOB_SHADOW_ROULETTE];
     out->sensor = scene->sensor;
     for (int m = 0; m < scene->medium_count; m++)
-        if (choice->used[m]) prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count++]);
+        if (choice->used[m])
+            prepare_medium(&scene->media[m], out->origin, choice->weighed, (uint32_t)m, &out->media[out->medium_count++]);
     for (int l = 0; l < scene->light_count; l++)
         prepare_light(&scene->lights[l], out->origin, choice->sampled[l], &out->lights[l]);
     out->light_count = scene->light_count;
@@ -121,6 +138,8 @@ static size_t place(NphPathBatch *batch, char *memory) {
         PLACE(paths->hero, ints);
     }
     PLACE(batch->distance, reals);
+    PLACE(batch->survived, reals);
+    PLACE(batch->walked, reals);
     PLACE(batch->medium, ints);
     PLACE(batch->queue, ints);
     PLACE(batch->escaped, ints);

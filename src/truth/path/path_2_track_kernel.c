@@ -52,22 +52,32 @@ static void fly_one_by_one(NphPathBatch *batch, int m, const RStream *base) {
         Real t = r_free_flight(&scene->media[m], p, d, batch->distance[i], paths->hero[i], &events, &batch->tally);
         batch->medium[i] = t >= R(0.0) ? m : batch->medium[i];
         batch->distance[i] = t >= R(0.0) ? t : batch->distance[i];
+        batch->survived[i] = events.survived;
+        batch->walked[i] = events.walked;
     }
 }
 
-/* The closed form for all paths: t = near - ln(1 - u) / sigma. */
+/* The closed form for all paths: t = near - ln(1 - u) / sigma. `survived` lies behind `distance`. */
 R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
                                const RTile *restrict from, Real *restrict distance, int32_t *restrict medium_of) {
     const RTile tile = *from;
-    Real sigma = medium->sigma[0];
+    Real rate = medium->sigma[0] * medium->collide;
     for (int i = 0; i < tile.count; i++) { /* vec */
         RSpan span = r_clip_ray(medium, ray, i, distance[i]);
         NphWords words = r_tile_words(&tile, id[i], 0);
-        Real t = span.near + r_event_depth(words.w0) / sigma;
+        Real t = span.near + r_event_depth(words.w0) / rate;
+        Real survived = r_segment_weight(medium, (t < span.far ? t : span.far) - span.near);
         int hits = span.inside & (t < span.far);
         distance[i] = hits ? t : distance[i];
+        distance[NPH_PATH_BATCH + i] = span.inside ? survived : R(1.0);
         medium_of[i] = hits ? tile.medium : medium_of[i];
     }
+}
+
+/* paths.weight takes the flights' weights (path_walk.h). */
+R_OUTLINE void weigh(const RMedium *restrict medium, const Real *restrict survived, const Real *restrict walked,
+                     Real *restrict weight, int count) {
+    for (int i = 0; i < count; i++) weight[i] *= r_flight_weight(medium, survived[i], walked[i]); /* vec */
 }
 
 static void track_grey(NphPathBatch *batch) {
@@ -76,6 +86,10 @@ static void track_grey(NphPathBatch *batch) {
     RStream stream = r_stream(scene, NPH_RNG_TRACK, 0, 0, batch->vertex);
     for (int i = 0; i < batch->count; i++) batch->distance[i] = R_HUGE;
     for (int i = 0; i < batch->count; i++) batch->medium[i] = -1;
+    for (int i = 0; i < batch->count && scene->weighed; i++) {
+        batch->survived[i] = R(1.0);
+        batch->walked[i] = R(0.0);
+    }
     for (int m = 0; m < scene->medium_count; m++) {
         const RMedium *medium = &scene->media[m];
         stream.draw = medium->number << NPH_DRAW_MEDIUM_SHIFT;
@@ -92,9 +106,10 @@ static void track_grey(NphPathBatch *batch) {
             flights->medium = medium;
             flights->stream = stream;
             flights->batch = batch;
-            flights->rays = (RRays){paths->p[0], batch->distance, NULL, paths->id, batch->count};
+            flights->rays = (RRays){paths->p[0], batch->distance, batch->survived, batch->walked, paths->id, batch->count};
             r_flights_run(flights, &batch->tally, 0, batch->medium, m);
         }
+        if (scene->weighed) weigh(medium, batch->survived, batch->walked, paths->weight[0], batch->count);
     }
 }
 

@@ -127,7 +127,7 @@ static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light
         flights->stream = *base;
         flights->stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT | medium->number << NPH_DRAW_MEDIUM_SHIFT;
         flights->batch = batch;
-        flights->rays = (RRays){batch->ray[0], batch->reach, batch->passed, batch->ray_id, count};
+        flights->rays = (RRays){batch->ray[0], batch->reach, batch->passed, NULL, batch->ray_id, count};
         r_flights_run(flights, &batch->tally, 1, NULL, m);
         return;
     }

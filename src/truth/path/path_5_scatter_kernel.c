@@ -121,15 +121,19 @@ static int scatter_any(NphPathBatch *batch, uint32_t vertex) {
 }
 
 void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
+    const RScene *scene = batch->scene;
     const RPaths *from = &batch->paths[batch->now];
     uint32_t vertex = batch->vertex + 1u;
+    Real camera = scene->sensor.kind == NPH_SENSOR_FLUX ? R(3.14159265358979323846) : R(1.0);
     for (int k = 0; k < batch->queued && vertex == 1; k++) {
         int i = batch->queue[k];
         int32_t id = from->id[i];
-        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = batch->start[id] + batch->distance[i];
-        batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = R(1.0);
+        Real collided = R(1.0), travelled = batch->start[id] + batch->distance[i];
+        if (scene->weighed) collided = from->weight[0][i] / camera / scene->media[0].collide;
+        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = scene->weighed ? collided * travelled : travelled;
+        batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = collided;
     }
-    int lanes = batch->scene->channels == 1 && batch->scene->medium_count == 1;
+    int lanes = scene->channels == 1 && scene->medium_count == 1;
     int count = lanes ? scatter_lanes(batch, vertex) : scatter_any(batch, vertex);
     batch->now = 1 - batch->now;
     batch->count = count;

@@ -14,7 +14,7 @@ enum { R_LANES = 128, R_FEW = 4 }; /* so few rays are followed one by one */
 /* Rays to follow: T and limit are read, and written when the flight ends. ray: six arrays of NPH_PATH_BATCH, p and d. */
 typedef struct RRays {
     const Real *ray;
-    Real *limit, *T;
+    Real *limit, *T, *walked;
     const int32_t *id;
     int count;
 } RRays;
@@ -23,7 +23,7 @@ typedef struct RLanes {
     int32_t ray[R_LANES], state[R_LANES], c0[R_LANES], c1[R_LANES], c2[R_LANES];
     uint32_t pixel[R_LANES], sample[R_LANES], events[R_LANES], spare0[R_LANES], spare1[R_LANES];
     Real o[3][R_LANES], d[3][R_LANES], inv[3][R_LANES], far[R_LANES];
-    Real t[R_LANES], depth[R_LANES], majorant[R_LANES], decision[R_LANES], T[R_LANES];
+    Real t[R_LANES], depth[R_LANES], majorant[R_LANES], decision[R_LANES], T[R_LANES], walked[R_LANES];
     int count;
 } RLanes;
 
@@ -32,7 +32,7 @@ typedef struct RDue {
     int32_t list[R_LANES], fresh[R_LANES];
     uint32_t pixel[R_LANES], sample[R_LANES], block[R_LANES], w0[R_LANES], w1[R_LANES], w2[R_LANES], w3[R_LANES];
     Real u[R_LANES], v[R_LANES], w[R_LANES], rho[R_LANES], decision[R_LANES], T[R_LANES], depth[R_LANES];
-    int32_t violates[R_LANES];
+    int32_t violates[R_LANES], hits[R_LANES];
     int count;
 } RDue;
 
@@ -95,6 +95,7 @@ static inline void r_flights_draw(RLanes *lanes, RDue *due, const RStream *strea
     for (int k = 0; k < count; k++) {
         int i = due->list[k];
         lanes->depth[i] = due->depth[k];
+        lanes->walked[i] += due->depth[k];
         lanes->decision[i] = due->decision[k];
         lanes->state[i] = R_WALKING;
     }
@@ -122,6 +123,7 @@ static inline void r_lane_copy(RLanes *to, int i, const RLanes *from, int j) {
     to->majorant[i] = from->majorant[j];
     to->decision[i] = from->decision[j];
     to->T[i] = from->T[j];
+    to->walked[i] = from->walked[j];
 }
 
 /* Clips the rays from `ray` on, enters their first cells; state R_LEFT where nothing is inside. */
@@ -161,6 +163,7 @@ static inline void r_flights_load(RFlights *f, NphPathTally *tally, int shadow) 
             lanes->sample[kept] = r_sample(f->batch, rays->id[first + i]);
             lanes->events[kept] = 0;
             lanes->T[kept] = T;
+            lanes->walked[kept] = R(0.0);
             f->due.list[kept] = kept;
             kept++;
         }
@@ -225,6 +228,17 @@ static inline void r_flights_attenuate(RDue *due, Real roulette) {
         Real T = due->T[k] * r_max(R(1.0) - due->rho[k], R(0.0));
         Real grow = due->decision[k] < R(0.25) ? R(4.0) : R(0.0);
         due->T[k] = T < roulette ? T * grow : T;
+        due->hits[k] = !(due->T[k] > R(0.0));
+    }
+}
+
+/* Delta tracking: T of the lanes that meet a virtual collision, and whose flight is over. */
+static inline void r_flights_decide(RDue *due, const RMedium *medium) {
+    Real collide = medium->collide, control = medium->control;
+    int count = due->count;
+    for (int k = 0; k < count; k++) { /* vec */
+        due->hits[k] = due->decision[k] < due->rho[k] * collide;
+        due->T[k] = due->hits[k] ? due->T[k] : due->T[k] * r_null_weight(collide, control, due->rho[k]);
     }
 }
 
@@ -241,10 +255,11 @@ static inline void r_flights_collide(RFlights *f, NphPathTally *tally, int shado
     if (count == 0) return;
     r_flights_look(lanes, due, f->medium, f->medium->grid.brick_index, f->medium->grid.values);
     if (shadow) r_flights_attenuate(due, f->scene->shadow_roulette);
+    else r_flights_decide(due, f->medium);
     int left = 0;
     for (int k = 0; k < count; k++) {
         int i = due->list[k];
-        int over = shadow ? !(due->T[k] > R(0.0)) : due->decision[k] < due->rho[k];
+        int over = due->hits[k];
         int exhausted = !over & (lanes->events[i] >= 2u * NPH_MAX_BLOCKS);
         tally->violations += due->violates[k];
         tally->exhausted += exhausted;
@@ -264,9 +279,10 @@ static inline void r_flights_renew(RFlights *f, NphPathTally *tally, int shadow,
     for (int i = 0; i < lanes->count; i++) {
         while (i < lanes->count && lanes->state[i] != R_WALKING) {
             int32_t ray = lanes->ray[i];
-            if (shadow) {
-                f->rays.T[ray] = lanes->T[i];
-            } else if (lanes->state[i] == R_COLLIDES) {
+            if (shadow || f->scene->weighed) f->rays.T[ray] = lanes->T[i];
+            if (!shadow && f->scene->weighed)
+                f->rays.walked[ray] = lanes->walked[i] - (lanes->state[i] == R_LEFT ? lanes->depth[i] : R(0.0));
+            if (!shadow && lanes->state[i] == R_COLLIDES) {
                 f->rays.limit[ray] = lanes->t[i];
                 medium_of[ray] = medium;
             }

@@ -42,11 +42,13 @@ static int medium_is_empty(const NphMedium *medium) {
 
 void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     const NphScene *scene = job->scene;
+    int used = 0, sampled = 0;
     *choice = (NphPathChoice){.channels = 1, .film_channels = 1};
     for (int m = 0; m < scene->medium_count; m++) {
         const NphMedium *medium = &scene->media[m];
         choice->used[m] = job->plan_full || !medium_is_empty(medium);
         if (!choice->used[m]) continue;
+        used++;
         if (!is_grey(medium->extinction_per_m) || !is_grey(medium->albedo)) choice->channels = 3;
         if (!is_black(medium->albedo)) choice->scatters = 1;
     }
@@ -59,7 +61,10 @@ void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
         const NphLight *light = &scene->lights[l];
         if (!light_is_grey(light)) choice->film_channels = 3;
         choice->sampled[l] = light->kind != NPH_LIGHT_CONSTANT && (job->plan_full || !light_is_black(light));
+        sampled += choice->sampled[l];
     }
+    /* A flight is weighed up to where it ends: with several media that is not known when the first one is flown. */
+    if (used == 1 && sampled == 0 && choice->channels == 1) choice->weighed = job->knobs[NPH_PATH_KNOB_WEIGHED];
 }
 
 static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, NphPlan *plan) {
@@ -78,6 +83,9 @@ static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, 
             NPH_TRY(nph_plan_add(context, plan, "left out", "tracking", 0,
                                  "in %s: it is homogeneous, flights and transmittances are closed forms",
                                  scene->media[m].name));
+    if (choice->weighed > 0.0)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "collisions", 0,
+                             "those that absorb: flights are weighed instead, no light is sampled at vertices"));
     if (!choice->scatters)
         NPH_TRY(nph_plan_add(context, plan, "left out", "path.shadow", 0, "at collisions: every albedo is 0"));
     for (int l = 0; l < scene->light_count; l++)

@@ -19,7 +19,7 @@ typedef struct Replay {
     uint32_t pixel, sample, vertex;
     NphLineFn line;
     void *user;
-    Real p[3], d[3], weight[3], share[3], pdf;
+    Real p[3], d[3], weight[3], share[3], pdf, camera_weight;
     int hero;
     Real field[NPH_SAMPLE_FIELDS];
     NphPathTally tally;
@@ -59,10 +59,12 @@ static int fly(Replay *r, Real *distance) {
     for (int m = 0; m < r->scene->medium_count; m++) {
         REvents events = r_events(&stream, 0, r->scene->media[m].number);
         Real t = r_free_flight(&r->scene->media[m], r->p, r->d, nearest, r->hero, &events, &r->tally);
+        if (r->scene->weighed) r->weight[0] *= r_flight_weight(&r->scene->media[m], events.survived, events.walked);
         if (t < R(0.0)) continue;
         nearest = t;
         hit = m;
     }
+    if (r->scene->weighed) r->weight[1] = r->weight[2] = r->weight[0];
     *distance = nearest;
     return hit;
 }
@@ -173,8 +175,9 @@ static void follow(Replay *r, Real start) {
         }
         const RMedium *medium = &r->scene->media[hit];
         if (r->vertex == 0) {
-            r->field[NPH_SAMPLE_DISTANCE] = start + distance;
-            r->field[NPH_SAMPLE_COLLIDED] = R(1.0);
+            Real collided = r->weight[0] / r->camera_weight / medium->collide;
+            r->field[NPH_SAMPLE_DISTANCE] = r->scene->weighed ? collided * (start + distance) : start + distance;
+            r->field[NPH_SAMPLE_COLLIDED] = r->scene->weighed ? collided : R(1.0);
         }
         for (int a = 0; a < 3; a++) r->p[a] += distance * r->d[a];
         r->vertex++;
@@ -200,6 +203,7 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
         r.share[a] = R(1.0);
     }
     r.pdf = ray.pdf;
+    r.camera_weight = ray.weight;
     r.hero = ray.hero;
     tell(&r, "path: pixel %d,%d sample %lld, seed %u, frame %u", pixel[0], pixel[1], (long long)sample, scene->seed,
          scene->frame);

@@ -38,7 +38,9 @@ typedef struct RMedium {
     Real from_local[12];        /* medium space (lattice space for a grid) from scene-local space */
     Real lo[3], hi[3];          /* its box in medium space; -R_FAR, R_FAR where it has no end */
     Real sigma[3], sigma_max, ratio[3]; /* ratio = sigma / sigma_max */
-    Real albedo[3];
+    Real collide;               /* part of the extinction that makes collisions; the rest weighs flights */
+    Real control;               /* mean of density over majorant: what weighing expects of a virtual collision */
+    Real albedo[3];             /* over collide */
     RPhase phase;
     RGrid grid;
     const float *majorant;
@@ -59,6 +61,7 @@ typedef struct RScene {
     int medium_count, light_count;
     int channels;              /* of transport: 1 when every medium is grey */
     int film_channels;         /* 1 when the lights are grey too */
+    int weighed;               /* flights carry weights: collide < 1 in the one medium */
     int width, height;
     uint32_t seed, frame;
     Real roulette, shadow_roulette;
@@ -94,6 +97,7 @@ struct NphPathBatch {
     uint32_t first_sample, vertex;
     Real *distance;            /* of the next collision; negative: none */
     int32_t *medium;           /* in which it happens */
+    Real *survived, *walked;   /* where flights are weighed: weight of virtual collisions, majorant's depth of the flight */
     int32_t *queue, *escaped;  /* positions of the paths that collide, that leave */
     int queued, left;
     Real *ray[3], *towards[3]; /* rays from vertices to a light: [4096] each, as those below */

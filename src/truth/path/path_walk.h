@@ -144,10 +144,11 @@ typedef struct REvents {
     RStream stream;
     NphWords words;
     uint32_t count;
+    Real survived, walked; /* of a flight: product of r_null_weight, optical depth of the majorant */
 } REvents;
 
 static inline REvents r_events(const RStream *stream, int light, uint32_t medium) {
-    REvents events = {*stream, {0, 0, 0, 0}, 0};
+    REvents events = {*stream, {0, 0, 0, 0}, 0, R(1.0), R(0.0)};
     events.stream.draw = (uint32_t)light << NPH_DRAW_LIGHT_SHIFT | medium << NPH_DRAW_MEDIUM_SHIFT;
     return events;
 }
@@ -180,6 +181,24 @@ static inline Real r_walk_density(const RMedium *medium, const RSpan *span, cons
                         r_within(span->o[2] + walk->t * span->d[2], walk->c2, medium->lo[2], medium->hi[2]));
 }
 
+/* Weighed flights. Collisions happen with `collide` = k of the extinction only; the rest weighs the flight with
+ * exp(-(1 - k) tau), estimated as exp(-(1 - k) control D) prod w_i over the flight's virtual collisions, D its depth in the
+ * majorant M. They are a Poisson process of rate M (1 - k rho), rho = sigma / M, so that with
+ *   w = 1 - (1 - k) (rho - control) / (1 - k rho)
+ * the mean of the product is exp(-(1 - k) (tau - control D)). w >= 0 for rho <= 1. One medium, channels alike. */
+static inline Real r_null_weight(Real collide, Real control, Real rho) {
+    return R(1.0) - (R(1.0) - collide) * (rho - control) / (R(1.0) - collide * rho);
+}
+
+static inline Real r_flight_weight(const RMedium *medium, Real survived, Real walked) {
+    return survived * r_exp(-(R(1.0) - medium->collide) * medium->control * walked);
+}
+
+/* Of a closed form: the whole weight. */
+static inline Real r_segment_weight(const RMedium *medium, Real length) {
+    return r_exp(-(R(1.0) - medium->collide) * medium->sigma[0] * length);
+}
+
 /* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
 static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                  REvents *events, NphPathTally *tally) {
@@ -188,22 +207,28 @@ static inline Real r_free_flight(const RMedium *medium, const Real p[3], const R
     if (!(medium->sigma[hero] > R(0.0)) || !span.inside) return R(-1.0);
     r_next_event(events, &depth, &decision);
     if (medium->shape != NPH_SHAPE_GRID) {
-        Real t = span.near + depth / medium->sigma[hero];
+        Real t = span.near + depth / (medium->sigma[hero] * medium->collide);
         tally->tentative++;
+        events->survived = r_segment_weight(medium, (t < span.far ? t : span.far) - span.near);
         return t < span.far ? t : R(-1.0);
     }
     RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
+    events->walked = depth;
     while (r_walk_on(medium, &span, &walk)) {
         Real density = r_walk_density(medium, &span, &walk);
         tally->tentative++;
         tally->violations += density > walk.majorant;
-        if (decision < density / walk.majorant * medium->ratio[hero]) return walk.t;
+        Real rho = density / walk.majorant;
+        if (decision < rho * medium->ratio[hero] * medium->collide) return walk.t;
+        events->survived *= r_null_weight(medium->collide, medium->control, rho);
         if (r_exhausted(events)) {
             tally->exhausted++;
-            break;
+            return R(-1.0);
         }
         r_next_event(events, &walk.depth, &decision);
+        events->walked += walk.depth;
     }
+    events->walked -= walk.depth;
     return R(-1.0);
 }
 
