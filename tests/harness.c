@@ -99,6 +99,14 @@ void nph_test_skip(const char *why) {
     fclose(file);
 }
 
+int nph_test_statistics(const char *what) {
+    if (!getenv("NEPHOS_TEST_QUICK")) return 1;
+    char why[256];
+    snprintf(why, sizeof why, "%s (long statistics, run in the release build)", what);
+    nph_test_skip(why);
+    return 0;
+}
+
 int nph_test_main(const char *name, void (*fill)(TCase *)) {
     make_temporary();
     Suite *suite = suite_create(name);

@@ -23,6 +23,10 @@ const char *nph_test_path(const char *relative);
 /* A path in a fresh temporary folder of this process, removed at exit. */
 const char *nph_test_temporary(const char *name);
 
+/* 1 when long statistics are wanted; else (NEPHOS_TEST_QUICK is set: sanitizers, which look for other things) names
+ * what is skipped and returns 0, and the case returns. */
+int nph_test_statistics(const char *what);
+
 /* Names a case that did not run and why; the runner counts it as skipped, not passed. */
 void nph_test_skip(const char *why);
 

@@ -108,6 +108,7 @@ static int read_single(SingleRow *rows, int most) {
 
 /* The path tracer has no depth limit: an albedo of 1e-4 leaves single scattering, to a relative 1e-4 of it. */
 START_TEST(single_scattering_of_a_slab_is_the_closed_form) {
+    if (!nph_test_statistics("single scattering of a slab")) return;
     static SingleRow rows[512];
     int count = read_single(rows, 512);
     ck_assert_int_gt(count, 300);
@@ -158,6 +159,7 @@ static double one(double x, double y, double z) {
 }
 
 START_TEST(one_medium_written_six_ways_is_one_picture) {
+    if (!nph_test_statistics("one medium in six ways")) return;
     static const char *const scene =
         "nephos: 1\n"
         "camera: {type: perspective, resolution: [64, 64], position: [-1.5, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 35}\n"

@@ -84,11 +84,13 @@ START_TEST(cumulus_and_rico_are_furnaces) {
 END_TEST
 
 START_TEST(chromatic_media_are_a_furnace) {
+    if (!nph_test_statistics("chromatic furnace")) return;
     check_verdict(render_text("%s%s%s", render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), chromatic, constant), 8192);
 }
 END_TEST
 
 START_TEST(a_chromatic_cumulus_is_a_furnace) {
+    if (!nph_test_statistics("chromatic cumulus furnace")) return;
     check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[5, 5.5, 6]"), constant),
                   6144);
 }
@@ -96,6 +98,7 @@ END_TEST
 
 /* The same light as a map: every vertex samples it, and both ways of finding it must add up to one. */
 START_TEST(a_white_map_found_by_light_samples_and_by_chance_is_a_furnace) {
+    if (!nph_test_statistics("furnace of a white map")) return;
     const char *path = nph_test_temporary("white.exr");
     NphContext *context = nph_test_context(1);
     NphImage white;

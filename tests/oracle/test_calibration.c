@@ -91,6 +91,7 @@ static void print_counts(const char *title, int counts[3], int pairs) {
 }
 
 static void calibrate(const Distribution *distribution, Noise noise) {
+    if (!nph_test_statistics("calibration of the comparator")) return;
     static Moments moments[2][3][PIXELS];
     int counts[SCENARIOS][3] = {{0}};
     double covered = 0.0;
@@ -134,6 +135,7 @@ END_TEST
 
 /* Few samples miss the tail that many have seen: their mean is mostly low, and so is their own error bar. */
 START_TEST(few_samples_against_many_raise_no_false_alarm) {
+    if (!nph_test_statistics("comparator, few samples against many")) return;
     static Moments few[PIXELS], many[PIXELS];
     context = nph_test_context(1);
     int counts[3] = {0}, brighter[3] = {0};
