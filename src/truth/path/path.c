@@ -16,6 +16,10 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
      "time against variance", 0.05, 0.0, 1.0},
     {"path.weighed", "1", "part of the absorption that weighs flights instead of collisions, where light is only met by "
      "paths that leave", "variance against time", 1.0, 0.0, 1.0},
+    {"path.towards_sun", "1", "largest probability to sample a direction around the sun's instead of the path's own",
+     "variance of direct peaks against variance of long paths", 0.3, 0.0, 0.9},
+    {"path.least_light", "1", "light samples whose throughput times phase function is below this part of isotropic "
+     "scattering are made by chance; in grids only", "time against variance", 0.5, 0.0, 10.0},
 };
 
 static const NphStage stages[NPH_PATH_STAGES] = {

@@ -22,7 +22,8 @@ typedef enum NphPathStage {
     NPH_PATH_STAGES
 } NphPathStage;
 
-enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOBS };
+enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOB_TOWARDS_SUN, NPH_PATH_KNOB_LEAST_LIGHT,
+       NPH_PATH_KNOBS };
 
 /* What must not pass silently, and what statistics show. */
 typedef struct NphPathTally {
@@ -39,6 +40,9 @@ typedef struct NphPathChoice {
     int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex */
     int used[NPH_MAX_MEDIA];      /* media that can change the picture */
     double weighed;               /* part of the absorption that weighs flights instead of collisions */
+    int guide;                    /* sun towards which directions are sampled too, or -1 */
+    double guide_part;            /* with at most this probability */
+    double least_light;           /* light samples below this part of isotropic scattering are rouletted; 0: none */
     int scatters;                 /* some medium has an albedo above 0 */
 } NphPathChoice;
 void nph_path_choose(const NphJob *job, NphPathChoice *choice);

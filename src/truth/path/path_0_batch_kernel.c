@@ -108,6 +108,9 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     out->frame = job->frame;
     out->roulette = (Real)job->knobs[NPH_PATH_KNOB_ROULETTE];
     out->shadow_roulette = (Real)job->knobs[NPH_PATH_KNOB_SHADOW_ROULETTE];
+    out->guide = choice->guide;
+    out->guide_part = (Real)choice->guide_part;
+    out->least_light = (Real)(choice->least_light * 0.079577471545947668);
     out->sensor = scene->sensor;
     for (int m = 0; m < scene->medium_count; m++)
         if (choice->used[m])

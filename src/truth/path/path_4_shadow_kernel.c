@@ -20,6 +20,14 @@ static Real vertex_density(const NphPathBatch *batch, int i, const Real d[3], co
     return r_phase_at(&scene->media[batch->medium[i]].phase, r_angle_between(d, to));
 }
 
+/* The balance heuristic against the density with which the vertex itself would find the light. */
+static Real balance_of(const NphPathBatch *batch, int i, const Real d[3], const RLightSample *sample, Real density,
+                       int at_sensor) {
+    if (sample->pdf < R(0.0)) return R(1.0);
+    if (!at_sensor) density = r_scatter_density(batch->scene, &batch->scene->media[batch->medium[i]].phase, d, sample->d);
+    return sample->pdf / (sample->pdf + density);
+}
+
 /* Grey transport, 1: a light sample for each vertex, and what it would add unhindered. passed: 1, or 0 where that is
  * nothing. */
 static void sample_grey(NphPathBatch *batch, int light_number, int count, int at_sensor, uint32_t vertex) {
@@ -37,7 +45,7 @@ static void sample_grey(NphPathBatch *batch, int light_number, int count, int at
         RLightSample sample;
         r_sample_light(light, p, &stream, &sample);
         Real density = vertex_density(batch, i, d, sample.d, at_sensor);
-        Real balance = sample.pdf < R(0.0) ? R(1.0) : sample.pdf / (sample.pdf + density);
+        Real balance = balance_of(batch, i, d, &sample, density, at_sensor);
         Real albedo = at_sensor ? R(1.0) : scene->media[batch->medium[i]].albedo[0];
         Real weight = paths->weight[0][i] * albedo * density * balance;
         Real largest = R(0.0);
@@ -50,22 +58,26 @@ static void sample_grey(NphPathBatch *batch, int light_number, int count, int at
             batch->towards[a][k] = sample.d[a];
         }
         batch->reach[k] = sample.distance;
-        batch->carried[k] = weight;
+        int doubtful = !at_sensor && light->kind != NPH_LIGHT_ENVIRONMENT;
+        Real chance = doubtful ? r_light_chance(scene->least_light, weight) : R(1.0);
+        batch->carried[k] = weight / chance;
         batch->ray_id[k] = id;
-        batch->passed[k] = largest > R(0.0) ? R(1.0) : R(0.0);
+        batch->passed[k] = (largest > R(0.0)) & (sample.chance < chance) ? R(1.0) : R(0.0);
     }
 }
 
 /* The same where no lane has to choose: one medium, whose phase function is known, and a sun in one direction. */
 typedef struct RSunlight {
     RPhase phase;
-    Real albedo, value[3], to[3];
-    int count;
+    Real albedo, value[3], to[3], least;
+    RTile tile;
 } RSunlight;
 
-R_INLINE void light_lane(const RSunlight *sun, const Real *from, int i, Real distance, Real *rays, int k) {
+R_INLINE void light_lane(const RSunlight *sun, const Real *from, const int32_t *id, int i, Real distance, Real *rays,
+                         int k) {
     Real d[3] = {r_lane(from, R_OF_D, i), r_lane(from, R_OF_D + 1, i), r_lane(from, R_OF_D + 2, i)};
     Real weight = r_lane(from, R_OF_WEIGHT, i) * sun->albedo * r_phase_at(&sun->phase, r_angle_between(d, sun->to));
+    Real chance = r_light_chance(sun->least, weight), drawn = r_uniform(r_tile_words(&sun->tile, id[i], 0).w2);
     Real largest = r_max(weight * sun->value[0], R(0.0));
     largest = r_max(largest, weight * sun->value[1]);
     largest = r_max(largest, weight * sun->value[2]);
@@ -78,32 +90,36 @@ R_INLINE void light_lane(const RSunlight *sun, const Real *from, int i, Real dis
     rays[R_OF_ARRIVING * NPH_PATH_BATCH + k] = sun->value[0];
     rays[(R_OF_ARRIVING + 1) * NPH_PATH_BATCH + k] = sun->value[1];
     rays[(R_OF_ARRIVING + 2) * NPH_PATH_BATCH + k] = sun->value[2];
-    rays[R_OF_CARRIED * NPH_PATH_BATCH + k] = weight;
-    rays[R_OF_PASSED * NPH_PATH_BATCH + k] = largest > R(0.0) ? R(1.0) : R(0.0);
+    rays[R_OF_CARRIED * NPH_PATH_BATCH + k] = weight / chance;
+    rays[R_OF_PASSED * NPH_PATH_BATCH + k] = (Real)((largest > R(0.0)) & (drawn < chance));
     rays[R_OF_REACH * NPH_PATH_BATCH + k] = R_HUGE;
 }
 
 #define SUNLIGHT(name, phase_kind)                                                                                \
-    R_OUTLINE void name(const RSunlight *restrict constant, const Real *restrict from, const int32_t *restrict queue, \
-                        const Real *restrict distance, Real *restrict rays) {                                     \
+    R_OUTLINE void name(const RSunlight *restrict constant, const Real *restrict from, const int32_t *restrict id,  \
+                        const int32_t *restrict queue, const Real *restrict distance, Real *restrict rays) {      \
         RSunlight sun = *constant;                                                                                \
         sun.phase.kind = (phase_kind);                                                                            \
-        for (int k = 0; k < sun.count; k++) light_lane(&sun, from, queue[k], distance[queue[k]], rays, k);        \
+        for (int k = 0; k < sun.tile.count; k++) light_lane(&sun, from, id, queue[k], distance[queue[k]], rays, k); \
     }
 SUNLIGHT(sunlight_isotropic, NPH_PHASE_ISOTROPIC)
 SUNLIGHT(sunlight_hg, NPH_PHASE_HG)
 SUNLIGHT(sunlight_two_lobe, NPH_PHASE_TWO_LOBE)
 SUNLIGHT(sunlight_rayleigh, NPH_PHASE_RAYLEIGH)
 
-static void sample_sun(NphPathBatch *batch, const RLight *light) {
+static void sample_sun(NphPathBatch *batch, int number, uint32_t vertex) {
+    const RLight *light = &batch->scene->lights[number];
+    RStream stream = r_stream(batch->scene, NPH_RNG_LIGHT, 0, 0, vertex);
+    stream.draw = (uint32_t)number << NPH_DRAW_LIGHT_SHIFT;
     const RMedium *medium = &batch->scene->media[0];
     const RPaths *paths = &batch->paths[batch->now];
     RSunlight sun = {medium->phase, medium->albedo[0], {light->value[0], light->value[1], light->value[2]},
-                     {light->direction[0], light->direction[1], light->direction[2]}, batch->queued};
-    void (*const samples[])(const RSunlight *, const Real *, const int32_t *, const Real *, Real *) = {
+                     {light->direction[0], light->direction[1], light->direction[2]}, batch->scene->least_light,
+                     r_tile(batch, &stream, batch->queued, 0)};
+    void (*const samples[])(const RSunlight *, const Real *, const int32_t *, const int32_t *, const Real *, Real *) = {
         [NPH_PHASE_ISOTROPIC] = sunlight_isotropic, [NPH_PHASE_HG] = sunlight_hg,
         [NPH_PHASE_TWO_LOBE] = sunlight_two_lobe, [NPH_PHASE_RAYLEIGH] = sunlight_rayleigh};
-    samples[medium->phase.kind](&sun, paths->p[0], batch->queue, batch->distance, batch->ray[0]);
+    samples[medium->phase.kind](&sun, paths->p[0], paths->id, batch->queue, batch->distance, batch->ray[0]);
     for (int k = 0; k < batch->queued; k++) batch->ray_id[k] = paths->id[batch->queue[k]];
 }
 
@@ -155,7 +171,7 @@ static void shadow_grey(NphPathBatch *batch, int light_number, int at_sensor) {
     RStream stream = r_stream(scene, NPH_RNG_SHADOW, 0, 0, vertex);
     const RLight *light = &scene->lights[light_number];
     if (light->kind == NPH_LIGHT_SUN && !(light->disc.width > R(0.0)) && scene->medium_count == 1 && !at_sensor)
-        sample_sun(batch, light);
+        sample_sun(batch, light_number, vertex);
     else
         sample_grey(batch, light_number, count, at_sensor, vertex);
     for (int m = 0; m < scene->medium_count; m++) pass_grey(batch, m, &stream, light_number, count);
@@ -184,14 +200,19 @@ static void shadow_wide(NphPathBatch *batch, int light_number, int at_sensor) {
         RLightSample sample;
         r_sample_light(light, p, &stream, &sample);
         Real density = vertex_density(batch, i, d, sample.d, at_sensor);
-        Real balance = sample.pdf < R(0.0) ? R(1.0) : sample.pdf / (sample.pdf + density);
-        Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
+        Real balance = balance_of(batch, i, d, &sample, density, at_sensor);
+        Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0), most = R(0.0);
         for (int c = 0; c < 3; c++) {
             Real albedo = at_sensor ? R(1.0) : scene->media[batch->medium[i]].albedo[c];
             weight[c] = paths->weight[c][i] * albedo * density * balance;
             largest = r_max(largest, weight[c] * sample.value[c]);
+            most = r_max(most, weight[c]);
         }
         if (!(largest > R(0.0))) continue;
+        int doubtful = !at_sensor && light->kind != NPH_LIGHT_ENVIRONMENT;
+        Real chance = doubtful ? r_light_chance(scene->least_light, most) : R(1.0);
+        if (!(sample.chance < chance)) continue;
+        for (int c = 0; c < 3; c++) weight[c] /= chance;
         stream = r_stream(scene, NPH_RNG_SHADOW, stream.pixel, stream.sample, vertex);
         for (int m = 0; m < scene->medium_count && T[0] + T[1] + T[2] > R(0.0); m++) {
             REvents events = r_events(&stream, light_number, scene->media[m].number);

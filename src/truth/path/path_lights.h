@@ -15,6 +15,67 @@ static inline RAngle r_angle_between(const Real a[3], const Real b[3]) {
     return angle;
 }
 
+/* Directions are drawn from the mixture (1 - m) p(d, n) + m p(s, n): the phase function around the path's direction d and
+ * around the direction s of the sun, by one-sample MIS [Veach95]. Then a light sample of the next vertex, p(n, s), meets a
+ * weight that is small where p(n, s) is large, and no vertex adds more than about p(d, n) / m. The fraction
+ *   m = part p(d, s) / (p(d, s) + 0.4 / 4 pi)
+ * is small where the sun is not in the path's view, so that paths of many scatterings, whose weights are products of up to
+ * 1 / (1 - m), keep theirs. */
+static inline Real r_guide_part(Real part, Real towards) { return part * towards / (towards + R(0.031830988618379067)); }
+
+/* Density of direction n at a vertex that is reached along d: of the phase function, or of the mixture. */
+static inline Real r_scatter_density(const RScene *scene, const RPhase *phase, const Real d[3], const Real n[3]) {
+    Real density = r_phase_at(phase, r_angle_between(d, n));
+    if (scene->guide < 0) return density;
+    const Real *sun = scene->lights[scene->guide].direction;
+    Real m = r_guide_part(scene->guide_part, r_phase_at(phase, r_angle_between(d, sun)));
+    return (R(1.0) - m) * density + m * r_phase_at(phase, r_angle_between(sun, n));
+}
+
+/* A direction from the mixture: weight = p(d, n) / pdf; peak = 4 pi p(n, s) or 1, whichever is larger, tells roulette
+ * how much brighter than isotropic the next light sample may be. */
+typedef struct RTurned {
+    Real d[3], pdf, weight, peak;
+} RTurned;
+
+R_INLINE RTurned r_turn_guided(const RPhase *phase, const Real d[3], const Real sun[3], Real part, NphWords words) {
+    Real m = r_guide_part(part, r_phase_at(phase, r_angle_between(d, sun))), lobe = r_uniform(words.w2);
+    int guided = lobe < m;
+    Real rest = guided ? lobe / m : (lobe - m) / (R(1.0) - m); /* uniform again */
+    Real around[3] = {guided ? sun[0] : d[0], guided ? sun[1] : d[1], guided ? sun[2] : d[2]};
+    Real beside[3] = {guided ? d[0] : sun[0], guided ? d[1] : sun[1], guided ? d[2] : sun[2]}, n[3];
+    RAngle angle = r_phase_angle(phase, r_uniform(words.w0), rest);
+    r_turn_by(around, angle, r_uniform(words.w1), n);
+    Real drawn = r_phase_at(phase, angle), other = r_phase_at(phase, r_angle_between(beside, n));
+    Real own = guided ? other : drawn, towards = guided ? drawn : other;
+    Real pdf = (R(1.0) - m) * own + m * towards, bright = towards * R(12.566370614359173);
+    RTurned turned = {{n[0], n[1], n[2]}, pdf, own / pdf, bright > R(1.0) ? bright : R(1.0)};
+    return turned;
+}
+
+/* Without a sun to look for. */
+R_INLINE RTurned r_turn_plain(const RPhase *phase, const Real d[3], NphWords words) {
+    Real n[3];
+    RAngle angle = r_phase_angle(phase, r_uniform(words.w0), r_uniform(words.w2));
+    r_turn_by(d, angle, r_uniform(words.w1), n);
+    RTurned turned = {{n[0], n[1], n[2]}, r_phase_at(phase, angle), R(1.0), R(1.0)};
+    return turned;
+}
+
+static inline RTurned r_turn_any(const RScene *scene, const RPhase *phase, const Real d[3], NphWords words) {
+    if (scene->guide < 0) return r_turn_plain(phase, d, words);
+    return r_turn_guided(phase, d, scene->lights[scene->guide].direction, scene->guide_part, words);
+}
+
+/* The chance to survive of a path of this throughput: keeps weight * peak from falling far below `roulette`. */
+static inline Real r_survival(Real roulette, Real weight, Real peak) {
+    Real value = weight * peak;
+    return value < roulette ? value / (R(2.0) * roulette) : R(1.0);
+}
+
+/* The chance that a light sample is made whose throughput times phase function is `weight`. */
+static inline Real r_light_chance(Real least, Real weight) { return weight < least ? weight / least : R(1.0); }
+
 /* The balance heuristic's weight of density a against b; a negative a stands for certainty. */
 static inline Real r_balance(Real a, Real b) { return a < R(0.0) ? R(1.0) : a / (a + b); }
 
@@ -42,11 +103,13 @@ static inline void r_lights_at_infinity(const RScene *scene, const Real d[3], Re
  * for a delta sun). pdf is negative for lights that no other technique can find. */
 typedef struct RLightSample {
     Real d[3], distance, value[3], pdf;
+    Real chance; /* a random number for r_light_chance */
 } RLightSample;
 
 static inline void r_sample_light(const RLight *light, const Real p[3], const RStream *stream, RLightSample *sample) {
     NphWords words = r_words(stream, 0);
     sample->distance = R_HUGE;
+    sample->chance = r_uniform(words.w2);
     sample->pdf = R(-1.0);
     for (int c = 0; c < 3; c++) sample->value[c] = light->value[c];
     if (light->kind == NPH_LIGHT_POINT) {

@@ -40,6 +40,30 @@ static int medium_is_empty(const NphMedium *medium) {
     return is_black(medium->extinction_per_m) || (medium->shape == NPH_SHAPE_GRID && !(medium->grid.max > 0.0f));
 }
 
+static double luminance(const double c[3]) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
+
+/* The brightest sun, where a phase function has a peak that could meet it. */
+static void choose_guide(const NphJob *job, NphPathChoice *choice) {
+    const NphScene *scene = job->scene;
+    double brightest = 0.0;
+    int peaks = 0, grids = 0;
+    choice->guide = -1;
+    for (int m = 0; m < scene->medium_count; m++) {
+        NphPhaseKind kind = scene->media[m].phase.kind;
+        peaks |= choice->used[m] && (kind == NPH_PHASE_HG || kind == NPH_PHASE_TWO_LOBE);
+        grids |= choice->used[m] && scene->media[m].shape == NPH_SHAPE_GRID;
+    }
+    for (int l = 0; l < scene->light_count; l++) {
+        const NphLight *light = &scene->lights[l];
+        double bright = choice->sampled[l] && light->kind == NPH_LIGHT_SUN ? luminance(light->irradiance) : 0.0;
+        if (!(bright > brightest) || !peaks || !(job->knobs[NPH_PATH_KNOB_TOWARDS_SUN] > 0.0)) continue;
+        brightest = bright;
+        choice->guide = l;
+    }
+    choice->guide_part = job->knobs[NPH_PATH_KNOB_TOWARDS_SUN];
+    choice->least_light = grids ? job->knobs[NPH_PATH_KNOB_LEAST_LIGHT] : 0.0;
+}
+
 void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     const NphScene *scene = job->scene;
     int used = 0, sampled = 0;
@@ -65,6 +89,7 @@ void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     }
     /* A flight is weighed up to where it ends: with several media that is not known when the first one is flown. */
     if (used == 1 && sampled == 0 && choice->channels == 1) choice->weighed = job->knobs[NPH_PATH_KNOB_WEIGHED];
+    choose_guide(job, choice);
 }
 
 static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, NphPlan *plan) {

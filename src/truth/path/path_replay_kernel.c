@@ -114,13 +114,22 @@ static void sample_light(Replay *r, int number, const RMedium *medium, const Rea
     Real cosine = s.d[0] * (Real)n[0] + s.d[1] * (Real)n[1] + s.d[2] * (Real)n[2];
     Real density = medium ? r_phase_at(&medium->phase, r_angle_between(r->d, s.d))
                           : r_max(cosine, R(0.0)) * R(0.31830988618379067154);
-    Real balance = s.pdf < R(0.0) ? R(1.0) : s.pdf / (s.pdf + density);
+    Real found = medium && s.pdf >= R(0.0) ? r_scatter_density(r->scene, &medium->phase, r->d, s.d) : density;
+    Real balance = s.pdf < R(0.0) ? R(1.0) : s.pdf / (s.pdf + found);
     Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
     for (int c = 0; c < 3; c++) {
         weight[c] = r->weight[c] * (medium ? medium->albedo[c] : R(1.0)) * density * balance;
         largest = r_max(largest, weight[c] * s.value[c]);
     }
     if (!(largest > R(0.0))) return;
+    Real chance = R(1.0);
+    if (medium && light->kind != NPH_LIGHT_ENVIRONMENT) {
+        Real most = R(0.0);
+        for (int c = 0; c < r->scene->channels; c++) most = r_max(most, weight[c]);
+        chance = r_light_chance(r->scene->least_light, most);
+    }
+    if (!(s.chance < chance)) return;
+    for (int c = 0; c < 3; c++) weight[c] /= chance;
     stream = stream_of(r, NPH_RNG_SHADOW);
     for (int m = 0; m < r->scene->medium_count; m++) {
         REvents events = r_events(&stream, number, r->scene->media[m].number);
@@ -144,21 +153,21 @@ static void sample_lights(Replay *r, const RMedium *medium, const Real p[3]) {
 static int scatter(Replay *r, const RMedium *medium) {
     RStream stream = stream_of(r, NPH_RNG_SCATTER);
     NphWords words = r_words(&stream, 0);
-    Real largest = R(0.0), turned[3];
+    Real largest = R(0.0);
+    RTurned turned = r_turn_any(r->scene, &medium->phase, r->d, words);
     for (int c = 0; c < 3; c++) {
-        r->weight[c] *= medium->albedo[c];
+        r->weight[c] = r->weight[c] * medium->albedo[c] * turned.weight;
         largest = c < r->scene->channels ? r_max(largest, r->weight[c]) : largest;
     }
-    Real survival = largest < r->scene->roulette ? largest / (R(2.0) * r->scene->roulette) : R(1.0);
+    Real survival = r_survival(r->scene->roulette, largest, turned.peak);
     if (!(r_uniform(words.w3) < survival)) {
         tell(r, "  ends: %s", largest > R(0.0) ? "roulette" : "absorbed");
         return 0;
     }
     for (int c = 0; c < 3; c++) r->weight[c] /= survival;
-    RAngle angle = r_phase_angle(&medium->phase, r_uniform(words.w0), r_uniform(words.w2));
-    r_turn_by(r->d, angle, r_uniform(words.w1), turned);
-    for (int a = 0; a < 3; a++) r->d[a] = turned[a];
-    r->pdf = r_phase_at(&medium->phase, angle);
+    RAngle angle = r_angle_between(r->d, turned.d);
+    for (int a = 0; a < 3; a++) r->d[a] = turned.d[a];
+    r->pdf = turned.pdf;
     tell(r, "    scatters by cos %.9g into %.6g %.6g %.6g, weight %.9g", (double)angle.cosine, (double)r->d[0],
          (double)r->d[1], (double)r->d[2], (double)r->weight[0]);
     return 1;
