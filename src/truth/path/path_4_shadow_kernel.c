@@ -62,7 +62,7 @@ static void sample_grey(NphPathBatch *batch, int light_number, int count, int at
         Real chance = doubtful ? r_light_chance(scene->least_light, weight) : R(1.0);
         batch->carried[k] = weight / chance;
         batch->ray_id[k] = id;
-        batch->passed[k] = (largest > R(0.0)) & (sample.chance < chance) ? R(1.0) : R(0.0);
+        batch->passed[k] = (Real)((largest > R(0.0)) & (sample.chance < chance));
     }
 }
 

@@ -37,7 +37,8 @@ static inline double r_camera_advance(const RScene *scene, const double p[3], co
     near = y.near > near ? y.near : near;
     near = z.near > near ? z.near : near;
     far = z.far < far ? z.far : far;
-    return (near < far) & !(x.missed | y.missed | z.missed) ? near : 0.0;
+    int met = (near < far) & !(x.missed | y.missed | z.missed);
+    return met ? near : 0.0;
 }
 
 /* A ray from p along d, of any length, to scene-local space. */
