@@ -2,7 +2,7 @@
  *
  * What the path tracer's kernels see, in the number type of the build: the scene in scene-local space (metres, origin
  * near the media), and a batch of paths as structure of arrays. A batch is one tile of 16 x 16 pixels and one chunk of
- * 16 samples: 4096 paths, about 300 KiB in f32, which stays in a core's L2 cache while the stages pass over it.
+ * 16 samples: 4096 paths, about 1 MiB in f32, for a core's L2 cache while the stages pass over it.
  *
  * Random words: Philox4x32-10 with key (seed, stage << 24 | frame) and counter (pixel, sample, vertex, draw); pixel =
  * y * width + x of the whole image, vertex = number of scatterings so far, draw = light << 27 | medium << 21 | block. */
