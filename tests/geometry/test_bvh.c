@@ -207,14 +207,15 @@ START_TEST(degenerate_meshes_make_sound_trees) {
     static double v[9 * COPIES];
     static int32_t t[3 * COPIES];
     for (int kind = 0; kind < 5; kind++) {
-        int count = kind == 0 ? 0 : kind == 1 ? 1 : kind == 4 ? OCTAVES : COPIES;
+        int count = kind == 0 ? 0 : kind == 1 ? 1 : kind == 4 ? 3 * OCTAVES : COPIES;
         for (int i = 0; i < 3 * count; i++) {
             double scale = kind == 3 ? 1 + (double)(i / 3) / COPIES : 1; /* 2: copies, 3: the same middle, 4: octaves */
             v[3 * i] = (i % 3 == 1 ? 1 : -1) * scale;
             v[3 * i + 1] = (i % 3 == 2 ? 1 : -1) * scale;
             v[3 * i + 2] = (i % 3 == 0 ? -1 : 1) * scale;
             if (kind == 4)
-                for (int k = 0; k < 3; k++) v[3 * i + k] = ldexp(1 + 0.01 * v[3 * i + k], i / 3 - 142);
+                for (int k = 0; k < 3; k++)
+                    v[3 * i + k] = ldexp((k == i / 3 / OCTAVES) + 0.01 * v[3 * i + k], i / 3 % OCTAVES - 142);
             t[i] = i;
         }
         NphMesh mesh = mesh_of(context, v, 3 * count, t, count);
