@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The build [Wald07]: triangles are binned by the middle of their boxes along the three axes; of the splits between bins
- * the one with the least
+ * The build [Wald07]: triangles are binned by the middle of their boxes along the three axes; of the splits between
+ * bins the one with the least
  *     area(left) count(left) + area(right) count(right)
- * is taken, or a leaf where that costs less. From a certain depth on, and where all middles coincide, a range is halved as
- * it stands, which bounds the depth: SAH_DEPTH + log2(2^31) < NPH_BVH_DEPTH. All comparisons have a fixed order. */
+ * is taken, or a leaf where that costs less. From a certain depth on, and where all middles coincide, a range is
+ * halved as it stands, which bounds the depth: SAH_DEPTH + log2(2^31) < NPH_BVH_DEPTH. All comparisons have a fixed
+ * order. */
 #include "geometry/bvh.h"
 
 #include <string.h>
@@ -67,7 +68,8 @@ static void box_add(Box *box, const Box *other) {
 }
 
 static double box_area(const Box *box) {
-    double x = (double)box->hi[0] - box->lo[0], y = (double)box->hi[1] - box->lo[1], z = (double)box->hi[2] - box->lo[2];
+    double x = (double)box->hi[0] - box->lo[0], y = (double)box->hi[1] - box->lo[1],
+           z = (double)box->hi[2] - box->lo[2];
     return x < 0 ? 0 : x * y + y * z + z * x;
 }
 
@@ -195,9 +197,10 @@ static NphStatus copy_vertices(NphContext *context, const NphMesh *mesh, int whi
         double x = mesh->vertices_m[i] - bvh->origin[i % 3];
         char shown[NPH_DOUBLE_TEXT];
         if (!(x >= -reach_m && x <= reach_m))
-            return nph_error(context, NPH_BAD_INPUT,
-                             "mesh %d: %c of vertex %lld lies %s m from the scene's origin; at most 1e12 m are possible",
-                             which, "xyz"[i % 3], (long long)(i / 3), nph_format_rounded(x, 4, shown));
+            return nph_error(
+                context, NPH_BAD_INPUT,
+                "mesh %d: %c of vertex %lld lies %s m from the scene's origin; at most 1e12 m are possible", which,
+                "xyz"[i % 3], (long long)(i / 3), nph_format_rounded(x, 4, shown));
         bvh->vertices[3 * (int64_t)row + i] = x;
         bvh->vertices_f32[3 * (int64_t)row + i] = (float)x;
     }
@@ -250,7 +253,8 @@ static NphStatus make_nodes(NphContext *context, NphBvh *bvh) {
     nph_free(context, items);
     nph_free(context, sorted);
     if (status != NPH_OK) return status;
-    return nph_realloc(context, (size_t)bvh->node_count, sizeof *bvh->nodes, "nodes over triangles", (void **)&bvh->nodes);
+    return nph_realloc(context, (size_t)bvh->node_count, sizeof *bvh->nodes, "nodes over triangles",
+                       (void **)&bvh->nodes);
 }
 
 static NphStatus fill(NphContext *context, const NphMesh *meshes, NphBvh *bvh) {
@@ -262,7 +266,8 @@ static NphStatus fill(NphContext *context, const NphMesh *meshes, NphBvh *bvh) {
     return make_nodes(context, bvh);
 }
 
-NphStatus nph_bvh_build(NphContext *context, const NphMesh *meshes, int mesh_count, const double origin[3], NphBvh *bvh) {
+NphStatus nph_bvh_build(NphContext *context, const NphMesh *meshes, int mesh_count, const double origin[3],
+                        NphBvh *bvh) {
     NphBvh made = {.mesh_count = mesh_count};
     int64_t vertices = 0, triangles = 0;
     memcpy(made.origin, origin, sizeof made.origin);
@@ -271,7 +276,8 @@ NphStatus nph_bvh_build(NphContext *context, const NphMesh *meshes, int mesh_cou
         triangles += meshes[m].triangle_count;
     }
     if (vertices > INT32_MAX || triangles > INT32_MAX / 2)
-        return nph_error(context, NPH_BAD_INPUT, "all meshes together have more than 2147483647 vertices or 1073741823 triangles");
+        return nph_error(context, NPH_BAD_INPUT,
+                         "all meshes together have more than 2147483647 vertices or 1073741823 triangles");
     made.vertex_count = (int32_t)vertices;
     made.triangle_count = (int32_t)triangles;
     NphStatus status = fill(context, meshes, &made);

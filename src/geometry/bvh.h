@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * A bounding volume hierarchy over the triangles of all meshes of a scene, built by the surface area heuristic over bins
- * [Wald07]. Everything lies in scene-local space (metres; world minus origin), which kernels work in: vertices once as
- * doubles and once rounded to floats, boxes as floats rounded outwards, so that they hold the triangles of both.
- * Triangles are numbered through the meshes in their order. The build runs on one thread: the same bytes always. */
+ * A bounding volume hierarchy over the triangles of all meshes of a scene, built by the surface area heuristic over
+ * bins [Wald07]. Everything lies in scene-local space (metres; world minus origin), which kernels work in: vertices
+ * once as doubles and once rounded to floats, boxes as floats rounded outwards, so that they hold the triangles of
+ * both. Triangles are numbered through the meshes in their order. The build runs on one thread: the same bytes
+ * always. */
 #ifndef NPH_GEOMETRY_BVH_H
 #define NPH_GEOMETRY_BVH_H
 
@@ -35,9 +36,10 @@ typedef struct NphBvh {
     int32_t *mesh_first;       /* [mesh_count + 1]: number of each mesh's first triangle, then triangle_count */
 } NphBvh;
 
-/* Lengths that traversal is exact about: coordinates in scene-local space reach at most 1e12 m, farther ones are refused
- * (NPH_BAD_INPUT names mesh and vertex). Copies what it needs of the meshes. *bvh is untouched on failure. */
-NphStatus nph_bvh_build(NphContext *context, const NphMesh *meshes, int mesh_count, const double origin[3], NphBvh *bvh);
+/* Lengths that traversal is exact about: coordinates in scene-local space reach at most 1e12 m, farther ones are
+ * refused (NPH_BAD_INPUT names mesh and vertex). Copies what it needs of the meshes. *bvh is untouched on failure. */
+NphStatus nph_bvh_build(NphContext *context, const NphMesh *meshes, int mesh_count, const double origin[3],
+                        NphBvh *bvh);
 
 void nph_bvh_free(NphContext *context, NphBvh *bvh);
 
@@ -47,9 +49,10 @@ typedef struct NphBvhRays {
     int precision;
     int64_t count;
     const void *ray[7];
-    void *t, *weight[2]; /* of the closest hit, and its second and third corner's weights; untouched where there is none */
-    int32_t *number;     /* of the triangle hit; -1 */
-    unsigned char *any;  /* what the any-hit traversal says */
+    void *t,
+        *weight[2];  /* of the closest hit, and its second and third corner's weights; untouched where there is none */
+    int32_t *number; /* of the triangle hit; -1 */
+    unsigned char *any; /* what the any-hit traversal says */
 } NphBvhRays;
 NphStatus nph_bvh_trace(NphContext *context, const NphBvh *bvh, const NphBvhRays *rays);
 

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The hierarchy in kernels: closest and any hit, the point that was hit, and rays that leave it. Both traversals find what
- * testing every triangle would find, to the bit: of hits at equal t the one of the lowest number.
+ * The hierarchy in kernels: closest and any hit, the point that was hit, and rays that leave it. Both traversals find
+ * what testing every triangle would find, to the bit: of hits at equal t the one of the lowest number.
  *
- * That needs boxes that are never missed when a triangle in them is hit at t. The triangle test is exact for corners moved
- * by at most 6.2 u m (triangle_lookup.h; here m is the largest |coordinate| of the box relative to the origin, and no corner
- * in it has more), so t d_k lies within 6.2 u m of the box's slab, plus u m for d_z / d_k in place of the shear's quotient,
- * u m for t's own rounding, 10 u m for what its sum adds, and the slab's ends (l - e) / d_k are computed with an error of
- * 3.1 u (m + e) / |d_k|. Boxes wider by e = 32 u m on each side cover the sum. A direction with d_k = 0 makes ends of
- * infinity or, at 0 times infinity, NaN, which the comparisons below take for no limit. */
+ * That needs boxes that are never missed when a triangle in them is hit at t. The triangle test is exact for corners
+ * moved by at most 6.2 u m (triangle_lookup.h; here m is the largest |coordinate| of the box relative to the origin,
+ * and no corner in it has more), so t d_k lies within 6.2 u m of the box's slab, plus u m for d_z / d_k in place of
+ * the shear's quotient, u m for t's own rounding, 10 u m for what its sum adds, and the slab's ends (l - e) / d_k are
+ * computed with an error of 3.1 u (m + e) / |d_k|. Boxes wider by e = 32 u m on each side cover the sum. A direction
+ * with d_k = 0 makes ends of infinity or, at 0 times infinity, NaN, which the comparisons below take for no limit. */
 #ifndef NPH_GEOMETRY_BVH_LOOKUP_H
 #define NPH_GEOMETRY_BVH_LOOKUP_H
 
@@ -60,7 +60,8 @@ static inline int r_box_hit(const RRay *ray, const NphBvhNode *node, Real t_max,
 static inline void r_bvh_leaf(const RBvh *bvh, const NphBvhNode *leaf, const RRay *ray, RHit *best) {
     for (int32_t i = leaf->first; i < leaf->first + leaf->count; i++) {
         RHit hit;
-        if (!r_triangle_hit(ray, r_bvh_corner(bvh, i, 0), r_bvh_corner(bvh, i, 1), r_bvh_corner(bvh, i, 2), best->t, &hit))
+        if (!r_triangle_hit(ray, r_bvh_corner(bvh, i, 0), r_bvh_corner(bvh, i, 1), r_bvh_corner(bvh, i, 2), best->t,
+                            &hit))
             continue;
         hit.number = bvh->triangles[i].number;
         hit.slot = i;

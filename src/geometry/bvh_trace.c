@@ -16,7 +16,8 @@ static NphStatus trace_block(void *data, int64_t block, int worker) {
     (void)worker;
     const Tracing *tracing = data;
     const NphBvhRays *rays = tracing->rays;
-    int64_t begin = block * RAYS_PER_BLOCK, end = begin + RAYS_PER_BLOCK < rays->count ? begin + RAYS_PER_BLOCK : rays->count;
+    int64_t begin = block * RAYS_PER_BLOCK,
+            end = begin + RAYS_PER_BLOCK < rays->count ? begin + RAYS_PER_BLOCK : rays->count;
     (rays->precision == 32 ? nph_bvh_trace_rays_f32_base : nph_bvh_trace_rays_f64_base)(tracing->bvh, rays, begin, end);
     return NPH_OK;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Lambert's surface in kernels: radiance albedo / pi times irradiance, the same in all directions of the side that is lit.
- * Directions drawn with density cos / pi about the normal: sin^2 = u, uniform azimuth; value cos / density = albedo. */
+ * Lambert's surface in kernels: radiance albedo / pi times irradiance, the same in all directions of the side that is
+ * lit. Directions drawn with density cos / pi about the normal: sin^2 = u, uniform azimuth; value cos / density =
+ * albedo. */
 #ifndef NPH_GEOMETRY_LAMBERT_LOOKUP_H
 #define NPH_GEOMETRY_LAMBERT_LOOKUP_H
 

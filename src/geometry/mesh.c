@@ -24,7 +24,8 @@ static void cross(const double a[3], const double b[3], double out[3]) {
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static NphStatus check_shape(NphContext *context, const char *name, const NphArray *vertices, const NphArray *triangles) {
+static NphStatus check_shape(NphContext *context, const char *name, const NphArray *vertices,
+                             const NphArray *triangles) {
     if ((vertices->type != NPH_F64 && vertices->type != NPH_F32) || vertices->rank != 2 || vertices->shape[1] != 3)
         return nph_error(context, NPH_BAD_USAGE, "%s: vertices must be an f64 or f32 array of shape [n][3]", name);
     if (triangles->type != NPH_I32 || triangles->rank != 2 || triangles->shape[1] != 3)
@@ -62,8 +63,8 @@ static NphStatus copy_triangles(NphContext *context, const char *name, const Nph
         const int32_t *corner = from + 3 * t;
         for (int i = 0; i < 3; i++)
             if (corner[i] < 0 || corner[i] >= mesh->vertex_count)
-                return nph_error(context, NPH_BAD_INPUT, "%s: triangle %lld names vertex %d; the mesh has %d, from 0", name,
-                                 (long long)t, (int)corner[i], (int)mesh->vertex_count);
+                return nph_error(context, NPH_BAD_INPUT, "%s: triangle %lld names vertex %d; the mesh has %d, from 0",
+                                 name, (long long)t, (int)corner[i], (int)mesh->vertex_count);
         if (same_point(mesh, corner[0], corner[1]) || same_point(mesh, corner[1], corner[2]) ||
             same_point(mesh, corner[2], corner[0])) {
             mesh->dropped++;

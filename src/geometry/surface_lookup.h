@@ -2,21 +2,22 @@
  *
  * Points on surfaces in kernels: where a hit lies, its normal, and rays that start there; and the infinite plane.
  *
- * A ray that starts on a surface must not meet that surface again, and should lose nothing else. So a point knows how far
- * from it, along the normal n, rays must start: clear. For a triangle with corners a, b, c, longest |coordinate| of a
- * side L, and the point p = a + (weight_1 (b - a) + weight_2 (c - a)), u being the unit of rounding:
- *   p      lies within u (S + 9 L) of the plane, S = sum |n_k p_k|: the sum in brackets is a point of the plane for any
- *          weights, its rounding errors are below 5 u L in each coordinate, 9 u L along n, and the last sum adds u |p_k|.
+ * A ray that starts on a surface must not meet that surface again, and should lose nothing else. So a point knows how
+ * far from it, along the normal n, rays must start: clear. For a triangle with corners a, b, c, longest |coordinate|
+ * of a side L, and the point p = a + (weight_1 (b - a) + weight_2 (c - a)), u being the unit of rounding:
+ *   p      lies within u (S + 9 L) of the plane, S = sum |n_k p_k|: the sum in brackets is a point of the plane for
+ *          any weights, its rounding errors are below 5 u L in each coordinate, 9 u L along n, and the last sum adds
+ *          u |p_k|.
  *   start  o = p + clear n adds rounding u (S + clear).
- *   test   seen from o, every corner has coordinates of at most L (1 + small) since p lies in the triangle; the triangle
- *          test is exact for corners moved by at most 6.2 u L in two coordinates and u L in the third, less than 9 u L
- *          along n, and its t is wrong by at most 10 u sqrt(3) L besides its rounding, which keeps its sign.
+ *   test   seen from o, every corner has coordinates of at most L (1 + small) since p lies in the triangle; the
+ *          triangle test is exact for corners moved by at most 6.2 u L in two coordinates and u L in the third, less
+ *          than 9 u L along n, and its t is wrong by at most 10 u sqrt(3) L besides its rounding, which keeps its sign.
  *   d      a direction whose computed n . d is not negative may descend by 4 u of its way, 7 u L before it is past the
  *          triangle.
- * The moved triangle lies below a height of 9 u L, the ray above it when clear > u (2 S + 9 L + 9 L + 18 L + 7 L): its t is
- * negative. clear = u (4 S + 64 L) leaves a margin for n's own error. It costs what the numbers cost: at 1e5 m from the
- * scene's origin floats are 0.008 m apart, and clear is 0.02 m. Another surface nearer than that (in the corner of two
- * faces) can be passed over; nothing else is. */
+ * The moved triangle lies below a height of 9 u L, the ray above it when clear > u (2 S + 9 L + 9 L + 18 L + 7 L):
+ * its t is negative. clear = u (4 S + 64 L) leaves a margin for n's own error. It costs what the numbers cost: at 1e5
+ * m from the scene's origin floats are 0.008 m apart, and clear is 0.02 m. Another surface nearer than that (in the
+ * corner of two faces) can be passed over; nothing else is. */
 #ifndef NPH_GEOMETRY_SURFACE_LOOKUP_H
 #define NPH_GEOMETRY_SURFACE_LOOKUP_H
 
@@ -110,8 +111,8 @@ static inline RPlane r_plane(const double point[3], const double normal[3], cons
     return plane;
 }
 
-/* t of the ray o + t d when it meets the plane at a t in [0, t_max]: it comes from one side and goes to the other. A ray
- * that starts in the plane does not meet it. */
+/* t of the ray o + t d when it meets the plane at a t in [0, t_max]: it comes from one side and goes to the other. A
+ * ray that starts in the plane does not meet it. */
 static inline int r_plane_hit(const RPlane *plane, const Real o[3], const Real d[3], Real t_max, Real *t) {
     Real height = r_dot(plane->n, o) - plane->level, rise = r_dot(plane->n, d);
     if (!(height > R(0.0) && rise < R(0.0)) && !(height < R(0.0) && rise > R(0.0))) return 0;
@@ -121,10 +122,11 @@ static inline int r_plane_hit(const RPlane *plane, const Real o[3], const Real d
     return 1;
 }
 
-/* The point of a hit, moved into the plane. Heights are computed with an error of at most 4 u (S + |level|), S = sum |n_k
- * p_k|: the point lies that near the plane but for its own rounding u S, a ray's start adds u S, and its height is computed
- * with that error again: 10 u (S + |level|) in all. clear is 16 u (S + |level|), so the height of a start never has the
- * wrong sign, and r_plane_hit looks at signs alone. In a coordinate plane through 0 both are 0, and all is exact. */
+/* The point of a hit, moved into the plane. Heights are computed with an error of at most 4 u (S + |level|), S = sum
+ * |n_k p_k|: the point lies that near the plane but for its own rounding u S, a ray's start adds u S, and its height
+ * is computed with that error again: 10 u (S + |level|) in all. clear is 16 u (S + |level|), so the height of a start
+ * never has the wrong sign, and r_plane_hit looks at signs alone. In a coordinate plane through 0 both are 0, and all
+ * is exact. */
 static inline RSurfacePoint r_plane_point(const RPlane *plane, const Real o[3], const Real d[3], Real t) {
     RSurfacePoint point;
     Real sum = r_abs(plane->level);

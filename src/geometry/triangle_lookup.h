@@ -1,26 +1,28 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * A ray against a triangle in kernels, watertight [Woop13]. The largest component of the direction is called z, the other
- * two x and y. A corner v becomes, relative to the origin o and sheared along the ray,
+ * A ray against a triangle in kernels, watertight [Woop13]. The largest component of the direction is called z, the
+ * other two x and y. A corner v becomes, relative to the origin o and sheared along the ray,
  *     z = v_z - o_z,   x = (v_x - o_x) - (d_x / d_z) z,   y likewise,
- * which depends on nothing but the ray and that corner. The ray is now the z axis, and it meets the triangle when 0 lies
- * in the flat triangle (a, b, c): when the edge functions
+ * which depends on nothing but the ray and that corner. The ray is now the z axis, and it meets the triangle when 0
+ * lies in the flat triangle (a, b, c): when the edge functions
  *     u = c_x b_y - c_y b_x,   v = a_x c_y - a_y c_x,   w = b_x a_y - b_y a_x
  * have no two opposite signs; zeros belong to both sides. Then t = (u a_z + v b_z + w c_z) / ((u + v + w) d_z).
  *
- * Why nothing leaks. (1) Signs are exact. Rounding is monotonic, so p > q for the two products, when rounded p > rounded q:
- * a difference of rounded products that is not 0 has the true sign. One that is 0 is computed again without error: the
- * products of floats are exact as doubles, those of doubles are the sum of two doubles [Dekker71]. (2) Two triangles that
- * share an edge compute the same two products for it and get opposite signs, or both 0. So a ray sees the flat picture of
- * the mesh, with corners moved by rounding, but exactly as connected as the mesh is: where faces of a closed mesh cover 0,
- * one of them says so. (3) A triangle that is seen edge-on (u = v = w = 0) is passed over; the ray turned by an arbitrarily
- * small angle meets a face that is not edge-on and, being closed, covers 0 too. Exactness ends where products underflow:
- * in double precision for lengths below 1e-146 m, in single never (the coordinates' own range ends at 1e-45 m).
+ * Why nothing leaks. (1) Signs are exact. Rounding is monotonic, so p > q for the two products, when rounded p >
+ * rounded q: a difference of rounded products that is not 0 has the true sign. One that is 0 is computed again
+ * without error: the products of floats are exact as doubles, those of doubles are the sum of two doubles [Dekker71].
+ * (2) Two triangles that share an edge compute the same two products for it and get opposite signs, or both 0. So a
+ * ray sees the flat picture of the mesh, with corners moved by rounding, but exactly as connected as the mesh is:
+ * where faces of a closed mesh cover 0, one of them says so. (3) A triangle that is seen edge-on (u = v = w = 0) is
+ * passed over; the ray turned by an arbitrarily small angle meets a face that is not edge-on and, being closed,
+ * covers 0 too. Exactness ends where products underflow: in double precision for lengths below 1e-146 m, in single
+ * never (the coordinates' own range ends at 1e-45 m).
  *
- * How far corners move, u = 2^-24 or 2^-53 being the unit of rounding and m the largest |coordinate| relative to o: x and
- * y by at most 6.2 u m (differences 1, d_x / d_z 1, its product with z and its error in z 2, the last difference 2), z by
- * u m. The weights u, v, w are then computed with a relative error of a few 2^-53 in either precision, so what t adds is
- * its own rounding and at most 10 2^-53 m. */
+ * How far corners move, u = 2^-24 or 2^-53 being the unit of rounding and m the largest |coordinate| relative to o: x
+ * and y by at most 6.2 u m (differences 1, d_x / d_z 1, its product with z and its error in z 2, the last difference
+ * 2), z by u m. The weights u, v, w are then computed with a relative error of a few 2^-53 in either precision, so
+ * what t adds is its own rounding and at most 10 2^-53 m. An origin nearer to a surface than that may see it on the
+ * wrong side of itself (t < 0): surface_lookup.h says how far from a surface rays start. */
 #ifndef NPH_GEOMETRY_TRIANGLE_LOOKUP_H
 #define NPH_GEOMETRY_TRIANGLE_LOOKUP_H
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Wavefront OBJ. The file is walked twice: first to count vertices and triangles, so that a corner may name a vertex that
- * stands further down and memory is asked for once; then to read. A line that ends in a backslash goes on in the next
- * one; '#' starts a comment. */
+ * Wavefront OBJ. The file is walked twice: first to count vertices and triangles, so that a corner may name a vertex
+ * that stands further down and memory is asked for once; then to read. A line that ends in a backslash goes on in the
+ * next one; '#' starts a comment. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -165,7 +165,8 @@ static int parse_corner(const char *begin, const char *end, int64_t *index) {
     if (!slash) return 1;
     const char *second = slash + 1, *again = memchr(second, '/', (size_t)(end - second));
     if (!again) return nph_parse_int_range(second, end, &other);
-    return (again == second || nph_parse_int_range(second, again, &other)) && nph_parse_int_range(again + 1, end, &other);
+    return (again == second || nph_parse_int_range(second, again, &other)) &&
+           nph_parse_int_range(again + 1, end, &other);
 }
 
 static NphStatus read_corner(const Reader *reader, const char *begin, const char *end, int32_t *corner) {

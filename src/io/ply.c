@@ -114,8 +114,8 @@ static NphStatus read_corners(Reader *reader, const NphPlyProperty *property, in
         double index = 0;
         NPH_TRY(read_value(reader, property->type, property->name, &index));
         if (!(index >= 0 && index < (double)reader->vertex_count))
-            return nph_ply_refuse(&reader->file, "face %lld names vertex %.0f; the file has 0 to %lld", (long long)face, index,
-                                  (long long)reader->vertex_count - 1);
+            return nph_ply_refuse(&reader->file, "face %lld names vertex %.0f; the file has 0 to %lld", (long long)face,
+                                  index, (long long)reader->vertex_count - 1);
         int32_t corner = (int32_t)index;
         if (i == 0) first = corner;
         if (i >= 2) NPH_TRY(add_triangle(reader, first, before, corner));
@@ -147,7 +147,8 @@ static NphStatus read_record(Reader *reader, const NphPlyElement *element, int64
         for (int axis = 0; axis < 3; axis++) {
             if (p != reader->position[axis]) continue;
             if (!(value - value == 0))
-                return nph_ply_refuse(&reader->file, "%s of vertex %lld is not finite", property->name, (long long)record);
+                return nph_ply_refuse(&reader->file, "%s of vertex %lld is not finite", property->name,
+                                      (long long)record);
             ((double *)reader->mesh.vertices.data)[3 * record + axis] = value;
         }
     }

@@ -73,7 +73,8 @@ static NphStatus take_type(NphPlyFile *file, const char *what, NphType *type) {
         *type = types[i].type;
         return NPH_OK;
     }
-    return nph_ply_refuse(file, "%s is '%s'; char, uchar, short, ushort, int, uint, float or double is needed", what, word);
+    return nph_ply_refuse(file, "%s is '%s'; char, uchar, short, ushort, int, uint, float or double is needed", what,
+                          word);
 }
 
 static NphStatus line_ends(NphPlyFile *file) {
@@ -93,7 +94,8 @@ static NphStatus read_format(NphPlyFile *file) {
         file->format = (NphPlyFormat)i;
         return line_ends(file);
     }
-    return nph_ply_refuse(file, "format '%s %s'; ascii, binary_little_endian or binary_big_endian 1.0 is read", word, version);
+    return nph_ply_refuse(file, "format '%s %s'; ascii, binary_little_endian or binary_big_endian 1.0 is read", word,
+                          version);
 }
 
 static NphStatus read_element(NphPlyFile *file) {

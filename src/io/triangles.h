@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Triangle meshes as their files hold them: positions and corners, nothing else. Polygons become fans around their first
- * corner, which is right for convex ones. What is read is checked: positions are finite, every corner names a vertex of
- * the file. Geometry (transforms, degenerate triangles) is the business of geometry/mesh.h. */
+ * Triangle meshes as their files hold them: positions and corners, nothing else. Polygons become fans around their
+ * first corner, which is right for convex ones. What is read is checked: positions are finite, every corner names a
+ * vertex of the file. Geometry (transforms, degenerate triangles) is the business of geometry/mesh.h. */
 #ifndef NPH_IO_TRIANGLES_H
 #define NPH_IO_TRIANGLES_H
 
@@ -17,9 +17,9 @@ typedef struct NphTriangles {
  * is left out; one warning names them. NPH_BAD_INPUT with path:line. */
 NphStatus nph_obj_read(NphContext *context, const char *path, NphTriangles *mesh);
 
-/* PLY 1.0, ascii and binary of either byte order: x, y, z of element vertex and the list vertex_indices (or vertex_index)
- * of element face, of any number types; other elements and properties are skipped. NPH_BAD_INPUT with path:line in the
- * header and in ascii, with the byte offset in binary. */
+/* PLY 1.0, ascii and binary of either byte order: x, y, z of element vertex and the list vertex_indices (or
+ * vertex_index) of element face, of any number types; other elements and properties are skipped. NPH_BAD_INPUT with
+ * path:line in the header and in ascii, with the byte offset in binary. */
 NphStatus nph_ply_read(NphContext *context, const char *path, NphTriangles *mesh);
 
 void nph_triangles_free(NphContext *context, NphTriangles *mesh);

@@ -20,7 +20,8 @@ void NPH_KERNEL(geometry_brute)(const NphBvh *bvh, const NphBvhRays *rays) {
         Real t_max = ((const Real *)rays->ray[6])[i];
         RHit best = {t_max, {R(0.0), R(0.0)}, -1, -1}, hit;
         for (int32_t s = 0; s < bvh->triangle_count; s++) {
-            if (!r_triangle_hit(&ray, r_bvh_corner(&view, s, 0), r_bvh_corner(&view, s, 1), r_bvh_corner(&view, s, 2), t_max, &hit))
+            if (!r_triangle_hit(&ray, r_bvh_corner(&view, s, 0), r_bvh_corner(&view, s, 1), r_bvh_corner(&view, s, 2),
+                                t_max, &hit))
                 continue;
             hit.number = view.triangles[s].number;
             if (best.number < 0 || hit.t < best.t || (hit.t == best.t && hit.number < best.number)) best = hit;
@@ -61,7 +62,8 @@ int64_t NPH_KERNEL(geometry_self_hits)(const NphBvh *bvh, uint32_t seed, int64_t
     return hits;
 }
 
-int64_t NPH_KERNEL(geometry_escapes)(const NphBvh *bvh, const double start[3], uint32_t seed, int64_t paths, int64_t count) {
+int64_t NPH_KERNEL(geometry_escapes)(const NphBvh *bvh, const double start[3], uint32_t seed, int64_t paths,
+                                     int64_t count) {
     RBvh view = r_bvh(bvh);
     int64_t escaped = 0;
     for (int64_t path = 0; path < paths; path++) {
@@ -109,7 +111,8 @@ void NPH_KERNEL(geometry_chords)(const NphBvh *bvh, const double *cdf, uint32_t 
     }
 }
 
-void NPH_KERNEL(geometry_lambert)(const double n_[3], uint32_t seed, int64_t count, double *direction, double *density) {
+void NPH_KERNEL(geometry_lambert)(const double n_[3], uint32_t seed, int64_t count, double *direction,
+                                  double *density) {
     Real n[3] = {(Real)n_[0], (Real)n_[1], (Real)n_[2]};
     for (int64_t i = 0; i < count; i++) {
         NphWords words = nph_philox(seed, 6, (uint32_t)i, 0, 0, 0);
@@ -132,7 +135,8 @@ double NPH_KERNEL(geometry_plane)(const double plane_[6], const double ray[6], d
     return r_plane_hit(&plane, in, in + 3, (Real)t_max, &t) ? (double)t : -1.0;
 }
 
-int64_t NPH_KERNEL(geometry_plane_self_hits)(const double plane_[6], const double ray[6], uint32_t seed, int64_t count) {
+int64_t NPH_KERNEL(geometry_plane_self_hits)(const double plane_[6], const double ray[6], uint32_t seed,
+                                             int64_t count) {
     RPlane plane = plane_of(plane_);
     Real in[6], t;
     int64_t hits = 0;

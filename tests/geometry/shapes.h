@@ -28,7 +28,8 @@ static inline void random_direction(Random *random, double d[3]) {
     d[2] = z;
 }
 
-static inline NphMesh mesh_of(NphContext *context, const double *vertices, int64_t n, const int32_t *triangles, int64_t m) {
+static inline NphMesh mesh_of(NphContext *context, const double *vertices, int64_t n, const int32_t *triangles,
+                              int64_t m) {
     NphArray v = {.type = NPH_F64, .rank = 2, .shape = {n, 3, 1, 1, 1, 1}, .data = (void *)vertices};
     NphArray t = {.type = NPH_I32, .rank = 2, .shape = {m, 3, 1, 1, 1, 1}, .data = (void *)triangles};
     NphMesh mesh;
@@ -66,11 +67,13 @@ static inline int32_t solid_middle(Solid *solid, int32_t *middles, int32_t a, in
 }
 
 static inline Solid solid_icosahedron(int level) {
-    static const int32_t faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                                         {11, 10, 2}, {10, 7, 6}, {7, 1, 8},   {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                                         {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+    static const int32_t faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                         {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                         {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                         {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
     int64_t most = 20 * ((int64_t)1 << 2 * level);
-    Solid solid = {malloc((size_t)(most / 2 + 2) * 3 * sizeof(double)), malloc((size_t)most * 3 * sizeof(int32_t)), 0, 20};
+    Solid solid = {malloc((size_t)(most / 2 + 2) * 3 * sizeof(double)), malloc((size_t)most * 3 * sizeof(int32_t)), 0,
+                   20};
     const double f = 1.618033988749895;
     const double corners[12][3] = {{-1, f, 0}, {1, f, 0}, {-1, -f, 0}, {1, -f, 0}, {0, -1, f}, {0, 1, f},
                                    {0, -1, -f}, {0, 1, -f}, {f, 0, -1}, {f, 0, 1}, {-f, 0, -1}, {-f, 0, 1}};
@@ -95,7 +98,8 @@ static inline Solid solid_icosahedron(int level) {
 }
 
 /* A sphere-like closed mesh: vertex = centre + scale * (unit vertex * (1 - rough * random)). */
-static inline NphMesh ball(NphContext *context, int level, const double centre[3], const double scale[3], double rough) {
+static inline NphMesh ball(NphContext *context, int level, const double centre[3], const double scale[3],
+                           double rough) {
     Solid solid = solid_icosahedron(level);
     Random random = {4711, 0};
     for (int64_t i = 0; i < solid.n; i++) {
@@ -117,7 +121,8 @@ static inline NphMesh box(NphContext *context, const double lo[3], const double 
 }
 
 /* Triangles thrown into a cube about centre, of sizes from size down to size / spread. */
-static inline NphMesh soup(NphContext *context, uint32_t seed, int count, const double centre[3], double size, double spread) {
+static inline NphMesh soup(NphContext *context, uint32_t seed, int count, const double centre[3], double size,
+                           double spread) {
     Random random = {seed, 0};
     double *v = malloc((size_t)count * 9 * sizeof *v);
     int32_t *t = malloc((size_t)count * 3 * sizeof *t);

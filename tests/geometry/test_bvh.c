@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The hierarchy: its closest hit is that of brute force to the bit, its any-hit says whether there is one, its nodes hold
- * what they should, the build gives the same bytes, and degenerate meshes are no exception. */
+ * The hierarchy: its closest hit is that of brute force to the bit, its any-hit says whether there is one, its nodes
+ * hold what they should, the build gives the same bytes, and degenerate meshes are no exception. */
 #include <stdio.h>
 
 #include "core/memory.h"
@@ -13,8 +13,8 @@
         if (!(condition)) ck_abort_msg(__VA_ARGS__); \
     } while (0)
 
-/* Rays of every kind: between random points, at corners and edges, along axes with zeros of both signs, in the planes of
- * triangles, of all lengths. */
+/* Rays of every kind: between random points, at corners and edges, along axes with zeros of both signs, in the planes
+ * of triangles, of all lengths. */
 static void mixed_rays(Rays *r, const NphMesh *mesh, const double centre[3], double size, uint32_t seed) {
     Random random = {seed, 1};
     r->rays.count = 0;
@@ -53,7 +53,8 @@ static void expect_brute(NphContext *context, const NphBvh *bvh, Rays *r, int64_
         ++*hits;
         EXPECT(rays_real(r, r->rays.t, i) == rays_real(r, brute.rays.t, i), "ray %lld: t", (long long)i);
         for (int k = 0; k < 2; k++)
-            EXPECT(rays_real(r, r->rays.weight[k], i) == rays_real(r, brute.rays.weight[k], i), "ray %lld: weight", (long long)i);
+            EXPECT(rays_real(r, r->rays.weight[k], i) == rays_real(r, brute.rays.weight[k], i), "ray %lld: weight",
+                   (long long)i);
     }
     free(brute.memory);
 }
@@ -129,14 +130,16 @@ static int check_node(const NphBvh *bvh, int32_t number, int32_t *next_triangle,
                 int64_t at = 3 * (int64_t)bvh->triangles[i].corner[j / 3] + j % 3;
                 double x = bvh->vertices[at], lo = node->lo[j % 3], hi = node->hi[j % 3];
                 EXPECT(lo <= x && x <= hi, "f64 vertex outside leaf %d", (int)number);
-                EXPECT(lo <= bvh->vertices_f32[at] && bvh->vertices_f32[at] <= hi, "f32 vertex outside leaf %d", (int)number);
+                EXPECT(lo <= bvh->vertices_f32[at] && bvh->vertices_f32[at] <= hi, "f32 vertex outside leaf %d",
+                       (int)number);
             }
         return 1;
     }
     const NphBvhNode *children[2] = {node + 1, &bvh->nodes[node->first]};
     for (int c = 0; c < 2; c++)
         for (int k = 0; k < 3; k++)
-            EXPECT(node->lo[k] <= children[c]->lo[k] && node->hi[k] >= children[c]->hi[k], "child outside %d", (int)number);
+            EXPECT(node->lo[k] <= children[c]->lo[k] && node->hi[k] >= children[c]->hi[k], "child outside %d",
+                   (int)number);
     int left = check_node(bvh, number + 1, next_triangle, next_node);
     int right = check_node(bvh, node->first, next_triangle, next_node);
     return 1 + (left > right ? left : right);
@@ -150,7 +153,8 @@ static int check_tree(const NphBvh *bvh) {
     }
     int depth = check_node(bvh, 0, &triangles, &nodes);
     unsigned char *seen = calloc((size_t)bvh->triangle_count, 1);
-    for (int32_t i = 0; i < bvh->triangle_count; i++) EXPECT(!seen[bvh->triangles[i].number]++, "a triangle is there twice");
+    for (int32_t i = 0; i < bvh->triangle_count; i++)
+        EXPECT(!seen[bvh->triangles[i].number]++, "a triangle is there twice");
     free(seen);
     ck_assert_int_eq(triangles, bvh->triangle_count);
     ck_assert_int_eq(nodes, bvh->node_count);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Points on surfaces: rays that leave one do not meet it again, points lie where the bound says, normals; the plane; chords
- * of convex bodies; Lambert's directions. */
+ * Points on surfaces: rays that leave one do not meet it again, points lie where the bound says, normals; the plane;
+ * chords of convex bodies; Lambert's directions. */
 #include "kernel_bvh.h"
 #include "shapes.h"
 
@@ -9,7 +9,11 @@
 
 static const struct {
     double centre[3], size, spread;
-} soups[] = {{{0, 0, 0}, 1, 1}, {{1e5, -1e5, 2e5}, 1, 1e3}, {{3, 2, 1}, 1e3, 1e6}, {{0, 0, 0}, 1e-20, 10}, {{1e9, 1e9, 1e9}, 1e6, 10}};
+} soups[] = {{{0, 0, 0}, 1, 1},
+             {{1e5, -1e5, 2e5}, 1, 1e3},
+             {{3, 2, 1}, 1e3, 1e6},
+             {{0, 0, 0}, 1e-20, 10},
+             {{1e9, 1e9, 1e9}, 1e6, 10}};
 
 START_TEST(rays_that_leave_a_triangle_do_not_meet_it_again) {
     NphContext *context = nph_test_context(1);
@@ -52,7 +56,8 @@ START_TEST(a_hit_point_lies_within_a_fraction_of_its_clearance_of_the_plane) {
             turn += n[k] / sqrt(length) * out[3 + k];
         }
         ck_assert(fabs(height) < 0.4 * out[6] && fabs(turn - 1) < 1e-6);
-        ck_assert(out[6] < 1e4 * 4.1 * 0x1p-24 * 1.1 + 10 * 2 * 64 * 0x1p-24 * 2); /* and the clearance is no more than it says */
+        ck_assert(out[6] < 1e4 * 4.1 * 0x1p-24 * 1.1 +
+                               10 * 2 * 64 * 0x1p-24 * 2); /* and the clearance is no more than it says */
     }
     nph_bvh_free(context, &bvh);
     nph_mesh_free(context, &mesh);
@@ -95,14 +100,16 @@ START_TEST(mean_chord_of_convex_bodies_is_4_V_by_S) {
         NphBvh bvh = bvh_of(context, &bodies[b], NULL);
         double *cdf = malloc((size_t)bodies[b].triangle_count * sizeof *cdf), sum = 0, out[3];
         double expected = 4 * nph_mesh_volume(&bodies[b]) / bodies[b].area_m2;
-        for (int32_t t = 0; t < bodies[b].triangle_count; t++) cdf[t] = (sum += bodies[b].areas_m2[t]) / bodies[b].area_m2;
+        for (int32_t t = 0; t < bodies[b].triangle_count; t++)
+            cdf[t] = (sum += bodies[b].areas_m2[t]) / bodies[b].area_m2;
         cdf[bodies[b].triangle_count - 1] = 1;
         for (int single = 0; single < 2; single++) {
-            (single ? geometry_chords_f32_base : geometry_chords_f64_base)(&bvh, cdf, 5 + (uint32_t)single, CHORDS, out);
+            (single ? geometry_chords_f32_base : geometry_chords_f64_base)(&bvh, cdf, 5 + (uint32_t)single, CHORDS,
+                                                                           out);
             ck_assert(out[0] == CHORDS);
             double mean = out[1] / CHORDS, error = sqrt((out[2] / CHORDS - mean * mean) / (CHORDS - 1));
-            ck_assert_msg(fabs(mean - expected) < 3.5 * error && error < 0.003 * expected, "body %d: mean %.6f, 4V/S %.6f, standard error %.6f",
-                          b, mean, expected, error);
+            ck_assert_msg(fabs(mean - expected) < 3.5 * error && error < 0.003 * expected,
+                          "body %d: mean %.6f, 4V/S %.6f, standard error %.6f", b, mean, expected, error);
         }
         free(cdf);
         nph_bvh_free(context, &bvh);
@@ -113,14 +120,16 @@ START_TEST(mean_chord_of_convex_bodies_is_4_V_by_S) {
 END_TEST
 
 START_TEST(the_plane_is_met_where_it_lies_and_left_for_good) {
-    static const double planes[4][6] = {{0, 0, 0, 0, 0, 1}, {5, 6, -1000, 0, 0, 2}, {1, 2, 3, 1, 1, 1}, {1e5, 0, 0, 0.3, -0.4, 0.1}};
+    static const double planes[4][6] = {
+        {0, 0, 0, 0, 0, 1}, {5, 6, -1000, 0, 0, 2}, {1, 2, 3, 1, 1, 1}, {1e5, 0, 0, 0.3, -0.4, 0.1}};
     Random random = {17, 0};
     for (int p = 0; p < 4; p++)
         for (int i = 0; i < 200; i++) {
             double ray[6], height = 0, rise = 0, length = 0, size = 0;
             random_direction(&random, ray + 3);
             for (int k = 0; k < 3; k++) {
-                ray[k] = (float)(planes[p][k] + 1e4 * (2 * uniform(&random) - 1)); /* floats: equal in both precisions */
+                ray[k] =
+                    (float)(planes[p][k] + 1e4 * (2 * uniform(&random) - 1)); /* floats: equal in both precisions */
                 ray[3 + k] = (float)ray[3 + k];
                 height += planes[p][3 + k] * (ray[k] - planes[p][k]);
                 rise += planes[p][3 + k] * ray[3 + k];
@@ -128,7 +137,8 @@ START_TEST(the_plane_is_met_where_it_lies_and_left_for_good) {
                 size += fabs(ray[k]) + fabs(planes[p][k]);
             }
             double t = -height / rise, bound = 20 * size / fabs(rise / sqrt(length));
-            double got = geometry_plane_f64_base(planes[p], ray, 1e30), single = geometry_plane_f32_base(planes[p], ray, 1e30);
+            double got = geometry_plane_f64_base(planes[p], ray, 1e30),
+                   single = geometry_plane_f32_base(planes[p], ray, 1e30);
             ck_assert((got < 0) == (t < 0) && (single < 0) == (t < 0));
             if (t < 0) continue;
             ck_assert(fabs(got - t) < 0x1p-53 * bound && fabs(single - t) < 0x1p-24 * bound * (1 + t / size));
@@ -165,7 +175,8 @@ START_TEST(directions_about_a_normal_have_the_density_cos_by_pi) {
                 b += y[k] * d[3 * j + k];
                 square += d[3 * j + k] * d[3 * j + k];
             }
-            if (!(c > 0 && fabs(square - 1) < tolerance && fabs(density[j] * PI - c) < tolerance)) ck_abort_msg("draw %d", (int)j);
+            if (!(c > 0 && fabs(square - 1) < tolerance && fabs(density[j] * PI - c) < tolerance))
+                ck_abort_msg("draw %d", (int)j);
             int bin = (int)(c * BINS), turn = (int)((atan2(b, a) / (2 * PI) + 0.5) * BINS);
             counts[bin < BINS ? bin : BINS - 1][turn < BINS ? turn : BINS - 1]++;
         }
@@ -174,7 +185,8 @@ START_TEST(directions_about_a_normal_have_the_density_cos_by_pi) {
             double expected = DRAWS * (2.0 * row + 1) / (BINS * BINS) / BINS, miss = counts[row][bin % BINS] - expected;
             chi += miss * miss / expected;
         }
-        ck_assert_msg(chi > 255 - 4 * 22.6 && chi < 255 + 4 * 22.6, "normal %d, f%d: chi-square %.1f", i / 2, i % 2 ? 32 : 64, chi);
+        ck_assert_msg(chi > 255 - 4 * 22.6 && chi < 255 + 4 * 22.6, "normal %d, f%d: chi-square %.1f", i / 2,
+                      i % 2 ? 32 : 64, chi);
     }
     free(d);
     free(density);

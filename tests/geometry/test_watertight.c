@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Closed meshes do not leak: rays through every vertex and every edge's middle of them, in both precisions, at all scales
- * and far from the origin; and paths that go from wall to wall inside of them. */
+ * Closed meshes do not leak: rays through every vertex and every edge's middle of them, in both precisions, at all
+ * scales and far from the origin; and paths that go from wall to wall inside of them. */
 #include "kernel_bvh.h"
 #include "shapes.h"
 
@@ -53,7 +53,8 @@ START_TEST(no_ray_from_inside_escapes_through_a_vertex_or_an_edge) {
             double o[3];
             random_direction(&random, o);
             for (int k = 0; k < 3; k++) {
-                double part = origin ? shape->within * pow(uniform(&random), 0.5) : 0.0; /* the first one is the centre */
+                double part =
+                    origin ? shape->within * pow(uniform(&random), 0.5) : 0.0; /* the first one is the centre */
                 o[k] = shape->centre[k] + shape->scale[k] * part * o[k] * (shape->level < 0 ? 1.0 : 0.99);
             }
             for (int64_t i = 0; i < mesh.vertex_count; i++) rays_through(&r, o, mesh.vertices_m + 3 * i, 1e30);
@@ -74,8 +75,8 @@ START_TEST(no_ray_from_inside_escapes_through_a_vertex_or_an_edge) {
             double w1 = rays_real(&r, r.rays.weight[0], i), w2 = rays_real(&r, r.rays.weight[1], i);
             through_corners += w1 == 0 || w2 == 0 || w1 + w2 == 1;
         }
-        ck_assert_msg(escaped == 0 && denied == 0, "%s, f%d: %lld of %lld rays met nothing, any-hit %lld", shape->name, precision,
-                      (long long)escaped, (long long)r.rays.count, (long long)denied);
+        ck_assert_msg(escaped == 0 && denied == 0, "%s, f%d: %lld of %lld rays met nothing, any-hit %lld", shape->name,
+                      precision, (long long)escaped, (long long)r.rays.count, (long long)denied);
         free(r.memory);
     }
     ck_assert_int_gt(through_corners, 0); /* the exact case did occur */
@@ -101,7 +102,8 @@ START_TEST(paths_from_wall_to_wall_never_leave_a_closed_mesh) {
 END_TEST
 
 static void fill(TCase *tcase) {
-    tcase_add_loop_test(tcase, no_ray_from_inside_escapes_through_a_vertex_or_an_edge, 0, sizeof closed / sizeof closed[0]);
+    tcase_add_loop_test(tcase, no_ray_from_inside_escapes_through_a_vertex_or_an_edge, 0,
+                        sizeof closed / sizeof closed[0]);
     tcase_add_test(tcase, paths_from_wall_to_wall_never_leave_a_closed_mesh);
 }
 

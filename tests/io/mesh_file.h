@@ -39,7 +39,8 @@ static inline void mesh_refused(NphContext *context, MeshReader read, const char
 }
 
 /* Every beginning of the bytes, and every byte changed: a status, never a crash; corners stay in range. */
-static inline void mesh_hostile(NphContext *context, MeshReader read, const char *name, const char *bytes, size_t size) {
+static inline void mesh_hostile(NphContext *context, MeshReader read, const char *name, const char *bytes,
+                                size_t size) {
     char changed[4096];
     ck_assert_uint_le(size, sizeof changed);
     for (size_t i = 0; i < 5 * size; i++) {

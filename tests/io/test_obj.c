@@ -33,10 +33,12 @@ END_TEST
 START_TEST(polygons_become_fans_and_lines_may_go_on) {
     NphContext *context = nph_test_context(1);
     NphTriangles mesh;
-    read_text(context, "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\\\r\n\nv 0 1 0\nv 0 .5 0\n# no \\\nf 1 2 3 \\\n 4 5\nf 1 2 3 4\n", &mesh);
+    read_text(context, "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\\\r\n\nv 0 1 0\nv 0 .5 0\n# no \\\nf 1 2 3 \\\n 4 5\nf 1 2 3 4\n",
+              &mesh);
     expect_corners(&mesh, 5, (int32_t[]){0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 1, 2, 0, 2, 3});
     nph_triangles_free(context, &mesh);
-    mesh_refused(context, nph_obj_read, mesh_file("line.obj", "v 0 0 \\\n0\nv 1 1 x\nf 1 1 1\n", 27), ":3: |z of vertex 2|'x'");
+    mesh_refused(context, nph_obj_read, mesh_file("line.obj", "v 0 0 \\\n0\nv 1 1 x\nf 1 1 1\n", 27),
+                 ":3: |z of vertex 2|'x'");
     nph_test_context_close(context);
 }
 END_TEST
@@ -44,7 +46,8 @@ END_TEST
 START_TEST(what_is_left_out_is_named_in_one_warning) {
     NphContext *context = nph_test_context(1);
     NphTriangles mesh;
-    read_text(context, "mtllib a.mtl\no Thing\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 1\ns off\nf 1//1 2//2 3//1\n", &mesh);
+    read_text(context,
+              "mtllib a.mtl\no Thing\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 1\ns off\nf 1//1 2//2 3//1\n", &mesh);
     const char *text = nph_test_messages();
     ck_assert_msg(strstr(text, "(v and f are read): mtllib, o, vn, s\n") != NULL, "%s", text);
     ck_assert(strchr(text, '\n') == strrchr(text, '\n'));
@@ -60,8 +63,9 @@ START_TEST(the_meshes_of_reference_are_read_whole) {
         int64_t vertices, triangles;
         double lo[3], hi[3];
         int32_t first[3];
-    } expected[2] = {{"suzanne.obj", 507, 967, {-1.367188, -0.984375, -0.851562}, {1.367188, 0.984375, 0.851562}, {46, 2, 44}},
-                     {"teapot.obj", 1179, 2256, {-3, -2, 0}, {3.42963, 2, 3.15}, {931, 949, 935}}};
+    } expected[2] = {
+        {"suzanne.obj", 507, 967, {-1.367188, -0.984375, -0.851562}, {1.367188, 0.984375, 0.851562}, {46, 2, 44}},
+        {"teapot.obj", 1179, 2256, {-3, -2, 0}, {3.42963, 2, 3.15}, {931, 949, 935}}};
     for (int m = 0; m < 2; m++) {
         char relative[64];
         NphTriangles mesh;
@@ -114,7 +118,8 @@ static const struct {
 
 START_TEST(mistakes_are_refused_with_their_line) {
     NphContext *context = nph_test_context(1);
-    mesh_refused(context, nph_obj_read, mesh_file("wrong.obj", mistakes[_i].text, strlen(mistakes[_i].text)), mistakes[_i].wanted);
+    mesh_refused(context, nph_obj_read, mesh_file("wrong.obj", mistakes[_i].text, strlen(mistakes[_i].text)),
+                 mistakes[_i].wanted);
     nph_test_context_close(context);
 }
 END_TEST

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * PLY: the same mesh in ascii and both byte orders and in every number type, polygons, foreign elements, and mistakes. */
+ * PLY: the same mesh in ascii and both byte orders and in every number type, polygons, foreign elements, and
+ * mistakes. */
 #include <float.h>
 #include <stdlib.h>
 
@@ -18,21 +19,27 @@ static void put_text(Bytes *out, const char *text) {
 
 static const char *const type_names[8] = {"char", "uchar", "int16", "ushort", "int", "uint32", "float", "float64"};
 
+#define PUT_AS(type)                   \
+    do {                               \
+        type number = (type)value;     \
+        size = sizeof number;          \
+        memcpy(raw, &number, size);    \
+    } while (0)
+
 /* A number in a PLY type, in the given byte order. */
 static void put(Bytes *out, int type, int big, double value) {
     unsigned char raw[8];
-    size_t size = 1;
-    int8_t i8 = (int8_t)value;
-    uint8_t u8 = (uint8_t)value;
-    int16_t i16 = (int16_t)value;
-    uint16_t u16 = (uint16_t)value;
-    int32_t i32 = (int32_t)value;
-    uint32_t u32 = (uint32_t)value;
-    float f32 = (float)value;
-    const void *from[8] = {&i8, &u8, &i16, &u16, &i32, &u32, &f32, &value};
-    static const size_t sizes[8] = {1, 1, 2, 2, 4, 4, 4, 8};
-    size = sizes[type];
-    memcpy(raw, from[type], size);
+    size_t size = 0;
+    switch (type) {
+    case 0: PUT_AS(int8_t); break;
+    case 1: PUT_AS(uint8_t); break;
+    case 2: PUT_AS(int16_t); break;
+    case 3: PUT_AS(uint16_t); break;
+    case 4: PUT_AS(int32_t); break;
+    case 5: PUT_AS(uint32_t); break;
+    case 6: PUT_AS(float); break;
+    default: PUT_AS(double);
+    }
     for (size_t i = 0; i < size; i++) out->data[out->size + i] = (char)raw[big ? size - 1 - i : i];
     out->size += size;
 }
@@ -46,12 +53,13 @@ static void build(Bytes *out, int format, int position_type, int length_type, in
     char header[1024];
     int big = format == 2;
     out->size = 0;
-    snprintf(header, sizeof header,
-             "ply\nformat %s 1.0\ncomment by hand\nobj_info none\nelement camera 1\nproperty list uchar float fov\n"
-             "property double far\nelement nothing 3\nelement vertex 4\nproperty %s y\nproperty uchar red\nproperty %s x\n"
-             "property %s z\nelement face 2\nproperty float area\nproperty list %s %s %s\nproperty char tag\nend_header\n",
-             formats[format], type_names[position_type], type_names[position_type], type_names[position_type],
-             type_names[length_type], type_names[corner_type], position_type % 2 ? "vertex_index" : "vertex_indices");
+    snprintf(
+        header, sizeof header,
+        "ply\nformat %s 1.0\ncomment by hand\nobj_info none\nelement camera 1\nproperty list uchar float fov\n"
+        "property double far\nelement nothing 3\nelement vertex 4\nproperty %s y\nproperty uchar red\nproperty %s x\n"
+        "property %s z\nelement face 2\nproperty float area\nproperty list %s %s %s\nproperty char tag\nend_header\n",
+        formats[format], type_names[position_type], type_names[position_type], type_names[position_type],
+        type_names[length_type], type_names[corner_type], position_type % 2 ? "vertex_index" : "vertex_indices");
     put_text(out, header);
     if (format == 0) {
         put_text(out, "2 0.5 1.5 1e3\n");
@@ -112,8 +120,9 @@ START_TEST(numbers_keep_every_bit) {
     static const double values[3] = {0.1, -1.7976931348623157e308, 4.9406564584124654e-324};
     Bytes bytes = {.size = 0};
     NphTriangles mesh;
-    put_text(&bytes, "ply\r\nformat binary_big_endian 1.0\r\nelement vertex 1\r\nproperty double x\r\nproperty double y\r\n"
-                     "property double z\r\nelement face 1\r\nproperty list uchar uint vertex_indices\r\nend_header\r\n");
+    put_text(&bytes,
+             "ply\r\nformat binary_big_endian 1.0\r\nelement vertex 1\r\nproperty double x\r\nproperty double y\r\n"
+             "property double z\r\nelement face 1\r\nproperty list uchar uint vertex_indices\r\nend_header\r\n");
     for (int k = 0; k < 3; k++) put(&bytes, 7, 1, values[k]);
     put(&bytes, 1, 1, 3);
     for (int k = 0; k < 3; k++) put(&bytes, 5, 1, 0);
@@ -150,13 +159,18 @@ static const struct {
     {"ply\nfoo\n", ":2: |'foo' is no word"},
     {"ply\nformat ascii 1.0\n" VERTEX "end_header\n", "no element face"},
     {"ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\n" FACE "end_header\n", "no property z"},
-    {"ply\nformat ascii 1.0\n" VERTEX "element face 1\nproperty int vertex_indices\nend_header\n", "no list vertex_indices"},
-    {"ply\nformat ascii 1.0\n" VERTEX "element face 1\nproperty list int float vertex_indices\nend_header\n", "real type"},
-    {"ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty int x\nproperty int y\nproperty int z\n" FACE "end_header\n0 0 0\n",
+    {"ply\nformat ascii 1.0\n" VERTEX "element face 1\nproperty int vertex_indices\nend_header\n",
+     "no list vertex_indices"},
+    {"ply\nformat ascii 1.0\n" VERTEX "element face 1\nproperty list int float vertex_indices\nend_header\n",
+     "real type"},
+    {"ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty int x\nproperty int y\nproperty int z\n" FACE
+     "end_header\n0 0 0\n",
      "more than 2147483647"},
-    {"ply\nformat ascii 1.0\nelement vertex 999999999\nproperty int x\nproperty int y\nproperty int z\n" FACE "end_header\n0 0 0\n",
+    {"ply\nformat ascii 1.0\nelement vertex 999999999\nproperty int x\nproperty int y\nproperty int z\n" FACE
+     "end_header\n0 0 0\n",
      ":10: |999999999 records of element vertex cannot lie in the 6 bytes"},
-    {"ply\nformat binary_little_endian 1.0\n" VERTEX FACE "end_header\n0123456789012345678901234567890123", "byte 169|3 records|34 bytes"},
+    {"ply\nformat binary_little_endian 1.0\n" VERTEX FACE "end_header\n0123456789012345678901234567890123",
+     "byte 169|3 records|34 bytes"},
     {ASCII "0 0 0\n1 0 0\n0 1 0\n3 0 1\n", ":13: |the line ends before property vertex_indices"},
     {ASCII "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 2\n", ":13: |more follows record 0 of element face"},
     {ASCII "0 0 0\n1 0\n0 1 0\n3 0 1 2 2\n", ":11: |the line ends before property z"},
@@ -171,7 +185,8 @@ static const struct {
 
 START_TEST(mistakes_are_refused_with_their_place) {
     NphContext *context = nph_test_context(1);
-    mesh_refused(context, nph_ply_read, mesh_file("wrong.ply", mistakes[_i].text, strlen(mistakes[_i].text)), mistakes[_i].wanted);
+    mesh_refused(context, nph_ply_read, mesh_file("wrong.ply", mistakes[_i].text, strlen(mistakes[_i].text)),
+                 mistakes[_i].wanted);
     nph_test_context_close(context);
 }
 END_TEST
@@ -183,7 +198,8 @@ START_TEST(infinite_positions_of_binary_files_are_refused) {
     unsigned char infinity[8] = {0, 0, 0, 0, 0, 0, 0xf0, 0x7f};
     size_t records = (size_t)(strstr(bytes.data, "end_header\n") + 11 - bytes.data);
     memcpy(bytes.data + records + 17 + 25 + 9, infinity, 8); /* camera, vertex 0, then y and red */
-    mesh_refused(context, nph_ply_read, mesh_file("infinite.ply", bytes.data, bytes.size), "x of vertex 1 is not finite|byte ");
+    mesh_refused(context, nph_ply_read, mesh_file("infinite.ply", bytes.data, bytes.size),
+                 "x of vertex 1 is not finite|byte ");
     nph_test_context_close(context);
 }
 END_TEST
