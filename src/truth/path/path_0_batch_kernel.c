@@ -109,6 +109,7 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     out->roulette = (Real)job->knobs[NPH_PATH_KNOB_ROULETTE];
     out->shadow_roulette = (Real)job->knobs[NPH_PATH_KNOB_SHADOW_ROULETTE];
     out->guide = choice->guide;
+    out->weight_unit = scene->sensor.kind == NPH_SENSOR_FLUX ? R(0.31830988618379067154) : R(1.0);
     out->guide_part = (Real)choice->guide_part;
     out->least_light = (Real)(choice->least_light * 0.079577471545947668);
     out->sensor = scene->sensor;

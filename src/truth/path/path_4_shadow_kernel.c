@@ -24,7 +24,11 @@ static Real vertex_density(const NphPathBatch *batch, int i, const Real d[3], co
 static Real balance_of(const NphPathBatch *batch, int i, const Real d[3], const RLightSample *sample, Real density,
                        int at_sensor) {
     if (sample->pdf < R(0.0)) return R(1.0);
-    if (!at_sensor) density = r_scatter_density(batch->scene, &batch->scene->media[batch->medium[i]].phase, d, sample->d);
+    const RScene *scene = batch->scene;
+    const RPaths *paths = &batch->paths[batch->now];
+    Real weight = R(0.0);
+    for (int c = 0; c < scene->channels; c++) weight = r_max(weight, paths->weight[c][i]);
+    if (!at_sensor) density = r_scatter_density(scene, &scene->media[batch->medium[i]].phase, d, sample->d, weight);
     return sample->pdf / (sample->pdf + density);
 }
 

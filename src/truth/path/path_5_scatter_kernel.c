@@ -12,7 +12,7 @@ void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch);
 /* What the lane loops below hold in registers. */
 typedef struct RScatter {
     RPhase phase;
-    Real albedo, roulette, part, sun[3];
+    Real albedo, roulette, part, unit, sun[3];
     RTile tile;
 } RScatter;
 
@@ -21,7 +21,8 @@ R_INLINE void turn_lane(const RScatter *scatter, const Real *from, const int32_t
                         int k, int guided) {
     NphWords words = r_tile_words(&scatter->tile, id[i], 0);
     Real d[3] = {r_lane(from, R_OF_D, i), r_lane(from, R_OF_D + 1, i), r_lane(from, R_OF_D + 2, i)};
-    RTurned turned = guided ? r_turn_guided(&scatter->phase, d, scatter->sun, scatter->part, words)
+    Real part = r_part_of(scatter->part, r_lane(from, R_OF_WEIGHT, i), scatter->unit);
+    RTurned turned = guided ? r_turn_guided(&scatter->phase, d, scatter->sun, part, words)
                             : r_turn_plain(&scatter->phase, d, words);
     Real weight = r_lane(from, R_OF_WEIGHT, i) * scatter->albedo * turned.weight;
     Real survival = r_survival(scatter->roulette, weight, turned.peak);
@@ -79,7 +80,8 @@ static int scatter_lanes(NphPathBatch *batch, uint32_t vertex) {
     RStream stream = r_stream(scene, NPH_RNG_SCATTER, 0, 0, vertex);
     int guided = scene->guide >= 0;
     const Real *sun = scene->lights[guided ? scene->guide : 0].direction;
-    RScatter scatter = {medium->phase, medium->albedo[0], scene->roulette, scene->guide_part, {sun[0], sun[1], sun[2]},
+    RScatter scatter = {medium->phase, medium->albedo[0], scene->roulette, scene->guide_part,
+                        scene->weight_unit, {sun[0], sun[1], sun[2]},
                         r_tile(batch, &stream, batch->queued, 0)};
     void (*const turns[])(const RScatter *, const Real *, const int32_t *, const int32_t *, const Real *, Real *) = {
         [NPH_PHASE_ISOTROPIC] = turn_isotropic, [NPH_PHASE_HG] = guided ? guide_hg : turn_hg, [NPH_PHASE_TWO_LOBE] = guided ? guide_two_lobe : turn_two_lobe,
@@ -100,8 +102,9 @@ static int scatter_any(NphPathBatch *batch, uint32_t vertex) {
         RStream stream = r_stream(scene, NPH_RNG_SCATTER, r_pixel(batch, id), r_sample(batch, id), vertex);
         NphWords words = r_words(&stream, 0);
         Real d[3] = {from->d[0][i], from->d[1][i], from->d[2][i]};
-        RTurned turned = r_turn_any(scene, &medium->phase, d, words);
-        Real weight[3], largest = R(0.0);
+        Real weight[3], largest = R(0.0), before = R(0.0);
+        for (int c = 0; c < scene->channels; c++) before = r_max(before, from->weight[c][i]);
+        RTurned turned = r_turn_any(scene, &medium->phase, d, words, before);
         for (int c = 0; c < scene->channels; c++) {
             weight[c] = from->weight[c][i] * medium->albedo[c] * turned.weight;
             largest = r_max(largest, weight[c]);

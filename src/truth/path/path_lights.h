@@ -19,16 +19,23 @@ static inline RAngle r_angle_between(const Real a[3], const Real b[3]) {
  * around the direction s of the sun, by one-sample MIS [Veach95]. Then a light sample of the next vertex, p(n, s), meets a
  * weight that is small where p(n, s) is large, and no vertex adds more than about p(d, n) / m. The fraction
  *   m = part p(d, s) / (p(d, s) + 0.4 / 4 pi)
- * is small where the sun is not in the path's view, so that paths of many scatterings, whose weights are products of up to
- * 1 / (1 - m), keep theirs. */
+ * is small where the sun is not in the path's view, and `part` falls with W^-4 once the throughput W is above that of a
+ * camera ray: weights of many scatterings, products of up to 1 / (1 - m), stop growing. */
+static inline Real r_part_of(Real part, Real weight, Real unit) {
+    Real w = r_max(weight * unit, R(1.0)), squared = w * w;
+    return part / (squared * squared);
+}
+
 static inline Real r_guide_part(Real part, Real towards) { return part * towards / (towards + R(0.031830988618379067)); }
 
 /* Density of direction n at a vertex that is reached along d: of the phase function, or of the mixture. */
-static inline Real r_scatter_density(const RScene *scene, const RPhase *phase, const Real d[3], const Real n[3]) {
+static inline Real r_scatter_density(const RScene *scene, const RPhase *phase, const Real d[3], const Real n[3],
+                                     Real weight) {
     Real density = r_phase_at(phase, r_angle_between(d, n));
     if (scene->guide < 0) return density;
     const Real *sun = scene->lights[scene->guide].direction;
-    Real m = r_guide_part(scene->guide_part, r_phase_at(phase, r_angle_between(d, sun)));
+    Real part = r_part_of(scene->guide_part, weight, scene->weight_unit);
+    Real m = r_guide_part(part, r_phase_at(phase, r_angle_between(d, sun)));
     return (R(1.0) - m) * density + m * r_phase_at(phase, r_angle_between(sun, n));
 }
 
@@ -62,9 +69,10 @@ R_INLINE RTurned r_turn_plain(const RPhase *phase, const Real d[3], NphWords wor
     return turned;
 }
 
-static inline RTurned r_turn_any(const RScene *scene, const RPhase *phase, const Real d[3], NphWords words) {
+static inline RTurned r_turn_any(const RScene *scene, const RPhase *phase, const Real d[3], NphWords words, Real weight) {
     if (scene->guide < 0) return r_turn_plain(phase, d, words);
-    return r_turn_guided(phase, d, scene->lights[scene->guide].direction, scene->guide_part, words);
+    Real part = r_part_of(scene->guide_part, weight, scene->weight_unit);
+    return r_turn_guided(phase, d, scene->lights[scene->guide].direction, part, words);
 }
 
 /* The chance to survive of a path of this throughput: keeps weight * peak from falling far below `roulette`. */

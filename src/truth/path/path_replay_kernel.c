@@ -103,6 +103,13 @@ static void leave(Replay *r) {
     for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = r->weight[c] * scale;
 }
 
+/* The largest channel's. */
+static Real throughput(const Replay *r) {
+    Real largest = R(0.0);
+    for (int c = 0; c < r->scene->channels; c++) largest = r_max(largest, r->weight[c]);
+    return largest;
+}
+
 /* A light sample at p; medium NULL stands for a flux sensor, whose density is a cosine's. */
 static void sample_light(Replay *r, int number, const RMedium *medium, const Real p[3]) {
     const RLight *light = &r->scene->lights[number];
@@ -114,7 +121,7 @@ static void sample_light(Replay *r, int number, const RMedium *medium, const Rea
     Real cosine = s.d[0] * (Real)n[0] + s.d[1] * (Real)n[1] + s.d[2] * (Real)n[2];
     Real density = medium ? r_phase_at(&medium->phase, r_angle_between(r->d, s.d))
                           : r_max(cosine, R(0.0)) * R(0.31830988618379067154);
-    Real found = medium && s.pdf >= R(0.0) ? r_scatter_density(r->scene, &medium->phase, r->d, s.d) : density;
+    Real found = medium && s.pdf >= R(0.0) ? r_scatter_density(r->scene, &medium->phase, r->d, s.d, throughput(r)) : density;
     Real balance = s.pdf < R(0.0) ? R(1.0) : s.pdf / (s.pdf + found);
     Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
     for (int c = 0; c < 3; c++) {
@@ -154,7 +161,7 @@ static int scatter(Replay *r, const RMedium *medium) {
     RStream stream = stream_of(r, NPH_RNG_SCATTER);
     NphWords words = r_words(&stream, 0);
     Real largest = R(0.0);
-    RTurned turned = r_turn_any(r->scene, &medium->phase, r->d, words);
+    RTurned turned = r_turn_any(r->scene, &medium->phase, r->d, words, throughput(r));
     for (int c = 0; c < 3; c++) {
         r->weight[c] = r->weight[c] * medium->albedo[c] * turned.weight;
         largest = c < r->scene->channels ? r_max(largest, r->weight[c]) : largest;

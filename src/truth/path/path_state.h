@@ -66,7 +66,7 @@ typedef struct RScene {
     uint32_t seed, frame;
     Real roulette, shadow_roulette;
     int guide;                 /* sun towards which directions are sampled too, or -1 */
-    Real guide_part, least_light;
+    Real guide_part, least_light, weight_unit; /* weight_unit: 1 over the weight of a camera ray */
     NphSensor sensor;          /* world space, f64 */
     double origin[3];          /* of scene-local space */
     double bounds_lo[3], bounds_hi[3]; /* of all media, scene-local, f64; infinite where a layer has no end */
