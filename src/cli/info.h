@@ -16,6 +16,7 @@ typedef struct Info {
 NphStatus info_exr(Info *info);
 NphStatus info_part(Info *info);
 NphStatus info_nvdb(Info *info);
+NphStatus info_vdb(Info *info);
 NphStatus info_npy(Info *info);
 NphStatus info_vol(Info *info);
 NphStatus info_pbrt(Info *info);

@@ -75,7 +75,9 @@ static NphStatus tell_volume_depth(Info *info, const NphVolume *volume) {
     return tell_grid(info, &grid);
 }
 
-static NphStatus tell_nvdb_grid(Info *info, const NphGridInfo *listed) {
+typedef NphStatus (*ReadFn)(NphContext *context, const char *path, const char *grid, NphVolume *volume);
+
+static NphStatus tell_vdb_grid(Info *info, const NphGridInfo *listed, ReadFn read) {
     Facts *facts = &info->facts;
     NphVolume volume = {0};
     facts_item(facts, listed->name[0] ? listed->name : "(unnamed)");
@@ -88,7 +90,7 @@ static NphStatus tell_nvdb_grid(Info *info, const NphGridInfo *listed) {
     if (!listed->readable) {
         facts_text(facts, "values", "not decoded: no scalar type that nephos reads");
     } else {
-        status = nph_nvdb_read(info->context, info->path, listed->name, &volume);
+        status = read(info->context, info->path, listed->name, &volume);
         if (status == NPH_OK) tell_volume(info, &volume);
         if (status == NPH_OK) status = tell_volume_depth(info, &volume);
         nph_volume_free(info->context, &volume);
@@ -97,16 +99,27 @@ static NphStatus tell_nvdb_grid(Info *info, const NphGridInfo *listed) {
     return status;
 }
 
-NphStatus info_nvdb(Info *info) {
-    NphGridInfo *grids = NULL;
-    int count = 0;
+static NphStatus tell_vdb_grids(Info *info, NphGridInfo *grids, int count, ReadFn read) {
     NphStatus status = NPH_OK;
-    NPH_TRY(nph_nvdb_list(info->context, info->path, &grids, &count));
     facts_list(&info->facts, "grids");
-    for (int i = 0; i < count && status == NPH_OK; i++) status = tell_nvdb_grid(info, &grids[i]);
+    for (int i = 0; i < count && status == NPH_OK; i++) status = tell_vdb_grid(info, &grids[i], read);
     facts_end(&info->facts);
     nph_free(info->context, grids);
     return status;
+}
+
+NphStatus info_nvdb(Info *info) {
+    NphGridInfo *grids = NULL;
+    int count = 0;
+    NPH_TRY(nph_nvdb_list(info->context, info->path, &grids, &count));
+    return tell_vdb_grids(info, grids, count, nph_nvdb_read);
+}
+
+NphStatus info_vdb(Info *info) {
+    NphGridInfo *grids = NULL;
+    int count = 0;
+    NPH_TRY(nph_vdb_list(info->context, info->path, &grids, &count));
+    return tell_vdb_grids(info, grids, count, nph_vdb_read);
 }
 
 static void tell_shape(Info *info, const char *key, const NphArray *array) {

@@ -64,7 +64,7 @@ static NphStatus refuse_magic(const Container *file) {
     const unsigned char *word = file->bytes + file->at;
     if (file->at == 0 && memcmp(word, " BDV", 4) == 0)
         return nph_error(file->context, NPH_BAD_INPUT,
-                         "%s: is an OpenVDB file (.vdb); convert it with nanovdb_convert to a .nvdb file", file->path);
+                         "%s: is an OpenVDB file; give it the ending .vdb, by which it is read", file->path);
     if (memcmp(word + 1, "BDVonaN", 7) == 0)
         return nph_error(file->context, NPH_BAD_INPUT,
                          "%s: byte %llu: is big-endian; only little-endian NanoVDB is read", file->path,

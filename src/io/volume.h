@@ -55,7 +55,11 @@ void nph_volume_statistics(const NphVolume *volume, NphVolumeStatistics *statist
  * "density"; a name that is not there is refused with the list of those that are. */
 NphStatus nph_nvdb_read(NphContext *context, const char *path, const char *grid_name, NphVolume *volume);
 
-/* What a .nvdb file holds, grid by grid, without decoding voxels; *grids is freed with nph_free. */
+/* OpenVDB (.vdb), versions 222 to 224 of its file format, every compression; float trees of the usual shape, saved as
+ * half or not. Grid names, background and tiles as nph_nvdb_read has them. Does not use the library. */
+NphStatus nph_vdb_read(NphContext *context, const char *path, const char *grid_name, NphVolume *volume);
+
+/* What a .nvdb (or .vdb) file holds, grid by grid, without decoding voxels; *grids is freed with nph_free. */
 typedef struct NphGridInfo {
     char name[64], type[16], grid_class[16], codec[8];
     int readable; /* a scalar type this library decodes */
@@ -64,6 +68,8 @@ typedef struct NphGridInfo {
     double voxel_size[3];
 } NphGridInfo;
 NphStatus nph_nvdb_list(NphContext *context, const char *path, NphGridInfo **grids, int *count);
+/* From what the file says of its grids; grid_bytes: in memory, 0 where it is not said. */
+NphStatus nph_vdb_list(NphContext *context, const char *path, NphGridInfo **grids, int *count);
 
 /* .npy (format 1.0 to 3.0, little or big endian, C or Fortran order, which is made C order). */
 NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);

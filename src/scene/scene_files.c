@@ -90,17 +90,20 @@ static NphStatus load_box_grid(NphContext *context, const NphSceneFile *file, Np
     return status;
 }
 
-static NphStatus load_nvdb(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
+static NphStatus load_vdb(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
     NphVolume volume = {0};
-    NPH_TRY(nph_nvdb_read(context, file->path, file->grid, &volume));
-    NphStatus status = nph_grid_from_volume(context, &volume, file->centring, file->lookup, file->path, grid);
+    int nano = file->kind == NPH_VOLUME_NVDB;
+    NphStatus status = (nano ? nph_nvdb_read : nph_vdb_read)(context, file->path, file->grid, &volume);
+    NPH_TRY(status);
+    status = nph_grid_from_volume(context, &volume, file->centring, file->lookup, file->path, grid);
     nph_volume_free(context, &volume);
     return status;
 }
 
 static NphStatus load_volume(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
     switch ((NphVolumeKind)file->kind) {
-    case NPH_VOLUME_NVDB: return load_nvdb(context, file, grid);
+    case NPH_VOLUME_NVDB:
+    case NPH_VOLUME_VDB: return load_vdb(context, file, grid);
     case NPH_VOLUME_NPY: return load_npy(context, file, grid);
     case NPH_VOLUME_LES: return load_les(context, file, grid);
     case NPH_VOLUME_VOL:

@@ -25,8 +25,8 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "What scatters and absorbs. Media may overlap: their coefficients add. Exactly one of `density`, `box` and `layer` "
      "gives the shape; box and layer have density 1. Extinction is per metre of the world: a `scale` changes a medium's "
      "size, not its extinction."},
-    {"density", "a density", "file", "nvdb|npy|txt|vol|pbrt",
-     "A density volume from a file, by its ending: `.nvdb`, `.npy`, `.txt`, `.vol` or `.pbrt`."},
+    {"density", "a density", "file", "nvdb|npy|txt|vol|pbrt|vdb",
+     "A density volume from a file, by its ending: `.nvdb`, `.vdb`, `.npy`, `.txt`, `.vol` or `.pbrt`."},
     {"transform", "a transform step", NULL, NULL,
      "Steps applied in the order they are written, each a mapping of exactly one key. A medium with `layer` takes only "
      "`translate`, a positive uniform `scale`, and `rotate` about z. A transform that flattens space is refused."},
@@ -93,14 +93,14 @@ const NphSceneKey nph_scene_keys[] = {
     {"medium", "phase", NPH_KEY_SECTION, 0, 0, "", "phase", NULL, NULL, "Phase function; left out: isotropic."},
 
     {"density", "file", NPH_KEY_FILE, 1, 4095, "", NULL, REQUIRED, NULL,
-     "`.nvdb`: NanoVDB grid, its own transform gives metres. `.npy`: array with axes z, y, x. `.txt`: cloud field of "
+     "`.nvdb`, `.vdb`: NanoVDB or OpenVDB grid, its own transform gives metres. `.npy`: array with axes z, y, x. `.txt`: cloud field of "
      "water content and effective radius, whose density is then its extinction in 1/m (use `extinction: 1`). `.vol`: Mitsuba's grid volume with one channel. "
      "`.pbrt`: the density of a named medium (`uniformgrid`, or pbrt-v3's `heterogeneous`). Both lie in the box that the "
      "file states; what else the file says, coefficients and transforms, is not taken over."},
-    {"density", "grid", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, "nvdb|pbrt",
+    {"density", "grid", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, "nvdb|vdb|pbrt",
      "Name of the grid (of the medium); left out: the only one, else `density`."},
     {"density", "lookup", NPH_KEY_WORD, 0, 0, "", "trilinear|nearest", "trilinear", NULL, "Between the samples."},
-    {"density", "centring", NPH_KEY_WORD, 0, 0, "", "cell|point|vdb", "vdb", "nvdb",
+    {"density", "centring", NPH_KEY_WORD, 0, 0, "", "cell|point|vdb", "vdb", "nvdb|vdb",
      "cell: values fill voxels; point: values stand on points, the field ends at the outermost ones; vdb: values stand on "
      "points, the field falls to zero within one voxel outside."},
     {"density", "centring", NPH_KEY_WORD, 0, 0, "", "cell|point", "cell", "npy|vol|pbrt",

@@ -32,7 +32,7 @@ typedef struct NphSceneFile {
     double scale[3]; /* of an environment */
 } NphSceneFile;
 
-typedef enum NphVolumeKind { NPH_VOLUME_NVDB, NPH_VOLUME_NPY, NPH_VOLUME_LES, NPH_VOLUME_VOL, NPH_VOLUME_PBRT } NphVolumeKind;
+typedef enum NphVolumeKind { NPH_VOLUME_NVDB, NPH_VOLUME_NPY, NPH_VOLUME_LES, NPH_VOLUME_VOL, NPH_VOLUME_PBRT, NPH_VOLUME_VDB } NphVolumeKind;
 
 typedef struct NphSceneReader {
     NphContext *context;

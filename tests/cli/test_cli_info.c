@@ -43,6 +43,16 @@ START_TEST(a_mitsuba_volume_is_told_with_its_box) {
 }
 END_TEST
 
+START_TEST(an_openvdb_file_is_told_grid_by_grid) {
+    const Ran *run = RUN("info", nph_test_path("reference/data/vdb/plume32_f20_BLOSC_float32.vdb"), "--json");
+    ck_assert_int_eq(run->status, 0);
+    static const char *const parts[] = {"\"name\": \"velocity\"", "\"type\": \"vec3s\"", "not decoded", "\"codec\": \"blosc\"",
+                                        "\"active_voxels\": 2462", "\"voxel_size\": [0.125, 0.125, 0.125]"};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        ck_assert_msg(strstr(run->out, parts[i]) != NULL, "no %s in\n%s", parts[i], run->out);
+}
+END_TEST
+
 START_TEST(the_media_of_a_pbrt_file_are_listed_and_grids_told) {
     const char *path = file_of("media.pbrt");
     write_text(path, "MakeNamedMedium \"air\" \"string type\" \"homogeneous\"\n"
@@ -110,6 +120,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, an_array_is_told_with_range_mean_and_optical_depth);
     tcase_add_test(cases, a_mitsuba_volume_is_told_with_its_box);
+    tcase_add_test(cases, an_openvdb_file_is_told_grid_by_grid);
     tcase_add_test(cases, the_media_of_a_pbrt_file_are_listed_and_grids_told);
     tcase_add_test(cases, values_that_are_no_densities_have_no_optical_depth);
     tcase_add_test(cases, a_picture_is_told_with_channels_and_attributes);

@@ -117,6 +117,24 @@ START_TEST(grids_of_mitsuba_and_pbrt_are_the_array_in_their_own_box) {
 }
 END_TEST
 
+START_TEST(an_openvdb_grid_is_the_same_medium_as_its_nanovdb_copy) {
+    NphContext *context = nph_test_context(1);
+    char text[3000];
+    snprintf(text, sizeof text, HEAD "media:\n- density: {file: %s}\n  extinction: 1\n- density: {file: %s, grid: density, "
+             "centring: vdb}\n  extinction: 1\n", nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"),
+             nph_test_path("reference/data/vdb/smoke_0024.vdb"));
+    NphScene *scene = must_parse(context, text);
+    const NphGrid *a = &scene->media[0].grid, *b = &scene->media[1].grid;
+    ck_assert_mem_eq(scene->media[0].world_from_medium, scene->media[1].world_from_medium, 12 * sizeof(double));
+    ck_assert_mem_eq(a->n, b->n, sizeof a->n);
+    ck_assert_mem_eq(a->lo, b->lo, sizeof a->lo);
+    ck_assert_int_eq(a->brick_count, b->brick_count);
+    ck_assert_mem_eq(a->values, b->values, (size_t)a->brick_count * NPH_BRICK_STRIDE * sizeof(float));
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(a_grid_of_colours_is_no_density) {
     NphContext *context = nph_test_context(1);
     NphBoxGrid box = {.hi = {1, 1, 1}};
@@ -409,6 +427,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, a_volume_lies_where_its_box_and_transform_say);
     tcase_add_test(cases, grids_of_mitsuba_and_pbrt_are_the_array_in_their_own_box);
+    tcase_add_test(cases, an_openvdb_grid_is_the_same_medium_as_its_nanovdb_copy);
     tcase_add_test(cases, a_grid_of_colours_is_no_density);
     tcase_add_test(cases, cloud_fields_are_cells_around_their_points_or_end_at_them_as_the_scene_says);
     tcase_add_test(cases, the_reference_scenes_load_and_their_volumes_lie_where_they_should);

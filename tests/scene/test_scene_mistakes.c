@@ -198,7 +198,7 @@ static const Wrong wrong[] = {
     /* density files */
     {HEAD "media:\n  - {density: cloud.nvdb, extinction: 1}\n", 4, 15, "density is 'cloud.nvdb'; expected a mapping", 1},
     {HEAD "media:\n  - {density: {}, extinction: 1}\n", 4, 15, "a density lacks file", 1},
-    {HEAD "media:\n  - {density: {file: a.vdb}, extinction: 1}\n", 4, 22, "file: 'a.vdb' ends in none of .nvdb, .npy, .txt", 1},
+    {HEAD "media:\n  - {density: {file: a.vtk}, extinction: 1}\n", 4, 22, "file: 'a.vtk' ends in none of .nvdb, .npy, .txt", 1},
     {HEAD "media:\n  - {density: {file: a}, extinction: 1}\n", 4, 22, "ends in none of", 1},
     {HEAD "media:\n  - {density: {file: [a.npy]}, extinction: 1}\n", 4, 22, "file is a list; expected the path of a file", 1},
     {HEAD "media:\n  - {density: {file: \"a\\0.nvdb\"}, extinction: 1}\n", 4, 22, "control character", 1},
