@@ -76,11 +76,13 @@ static const char *const grey_scenes[] = {
 static const char *const shapes[] = {"density: {file: ../data/cumulus/cumulus_300.zip.nvdb}", "box: [[-1, -1, -0.5], [1, 1, 0.7]]"};
 
 START_TEST(no_knob_changes_the_mean) {
-    static const char *const settings[][3] = {
-        {"path.roulette=0", "path.shadow_roulette=0", "path.weighed=0"},
-        {"path.roulette=1", "path.shadow_roulette=1", "path.weighed=1"},
-        {"path.roulette=0.1", "path.shadow_roulette=0.05", "path.weighed=0.5"},
+    enum { KNOBS = 5 };
+    static const char *const settings[][KNOBS] = {
+        {"path.roulette=0", "path.shadow_roulette=0", "path.weighed=0", "path.towards_sun=0", "path.least_light=0"},
+        {"path.roulette=1", "path.shadow_roulette=1", "path.weighed=1", "path.towards_sun=0.9", "path.least_light=10"},
+        {"path.roulette=0.1", "path.shadow_roulette=0.05", "path.weighed=0.5", "path.towards_sun=0.3", "path.least_light=0.5"},
     };
+    ck_assert_int_eq(nph_knob_count(), KNOBS);
     const char *yaml = render_text(grey_scenes[_i / 2], shapes[_i % 2]);
     double mean[3], error[3];
     for (int i = 0; i < 3; i++) {
@@ -88,7 +90,7 @@ START_TEST(no_knob_changes_the_mean) {
         NphRenderOptions options = render_options(256, 32);
         options.seed_given = 1;
         options.seed = (uint32_t)(10 * _i + i);
-        options.knob_count = 3;
+        options.knob_count = KNOBS;
         options.knobs = settings[i];
         render_case(&render, yaml, &options, 0);
         mean[i] = render_mean(&render, "R");
@@ -99,7 +101,7 @@ START_TEST(no_knob_changes_the_mean) {
         int j = (i + 1) % 3;
         double both = sqrt(error[i] * error[i] + error[j] * error[j]);
         printf("    %.6f +- %.6f, z against the next %+.2f\n", mean[i], error[i], (mean[i] - mean[j]) / both);
-        ck_assert_double_le(both, 0.02 * mean[j]);
+        ck_assert_double_le(both, 0.04 * mean[j]);
         /* twelve comparisons at 1% in all */
         ck_assert_double_le(fabs(mean[i] - mean[j]), 3.34 * both);
     }
