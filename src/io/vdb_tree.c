@@ -54,7 +54,10 @@ static NphStatus damaged(const Walk *walk, uint64_t at, const char *format, ...)
 
 /* Moves over `bytes` and gives their place. */
 static NphStatus take(Walk *walk, uint64_t bytes, const char *what, const unsigned char **taken) {
-    if (bytes > walk->source->size - walk->at) return damaged(walk, walk->at, "%s goes beyond the grid's end", what);
+    if (bytes > walk->source->size - walk->at)
+        return nph_error(walk->context, NPH_BAD_INPUT,
+                         "%s: grid '%s', byte %llu: %s goes beyond the grid's end; the file was cut or damaged", walk->path,
+                         walk->name, (unsigned long long)walk->at, what);
     *taken = walk->source->bytes + walk->at;
     walk->at += bytes;
     return NPH_OK;
