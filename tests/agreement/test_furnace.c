@@ -96,9 +96,7 @@ START_TEST(a_chromatic_cumulus_is_a_furnace) {
 }
 END_TEST
 
-/* The same light as a map: every vertex samples it, and both ways of finding it must add up to one. */
-START_TEST(a_white_map_found_by_light_samples_and_by_chance_is_a_furnace) {
-    if (!nph_test_statistics("furnace of a white map")) return;
+static const char *write_white_map(void) {
     const char *path = nph_test_temporary("white.exr");
     NphContext *context = nph_test_context(1);
     NphImage white;
@@ -111,10 +109,27 @@ START_TEST(a_white_map_found_by_light_samples_and_by_chance_is_a_furnace) {
     ck_assert_int_eq(nph_exr_write(context, path, &white), NPH_OK);
     nph_image_free(context, &white);
     nph_test_context_close(context);
+    return path;
+}
+
+/* The same light as a map: every vertex samples it, and both ways of finding it must add up to one. */
+START_TEST(a_white_map_found_by_light_samples_and_by_chance_is_a_furnace) {
+    if (!nph_test_statistics("furnace of a white map")) return;
+    const char *path = write_white_map();
     static const double gs[] = {-0.9, 0.0, 0.9};
     for (int i = 0; i < 3; i++)
         check_verdict(render_text("%s%slights:\n  - {type: environment, file: %s, rotation: 30}\n",
                                   render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), render_text(cube, gs[i]), path), 8192);
+}
+END_TEST
+
+/* A sun too faint to see draws directions towards itself: the map's weights must be against that mixture. */
+START_TEST(a_white_map_beside_a_faint_sun_is_a_furnace) {
+    if (!nph_test_statistics("furnace of a white map beside a sun")) return;
+    const char *path = write_white_map();
+    check_verdict(render_text("%s%slights:\n  - {type: environment, file: %s}\n"
+                              "  - {type: sun, direction: [1, 0.8, -0.3], irradiance: 1e-9}\n",
+                              render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), render_text(cube, 0.5), path), 8192);
 }
 END_TEST
 
@@ -124,6 +139,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_furnace_seen_from_inside_is_one);
     tcase_add_test(cases, cumulus_and_rico_are_furnaces);
     tcase_add_test(cases, a_white_map_found_by_light_samples_and_by_chance_is_a_furnace);
+    tcase_add_test(cases, a_white_map_beside_a_faint_sun_is_a_furnace);
     tcase_add_test(cases, chromatic_media_are_a_furnace);
     tcase_add_test(cases, a_chromatic_cumulus_is_a_furnace);
 }
