@@ -46,12 +46,12 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
     k->begin(batch, origin, inside, 3);
     k->generate(batch);
     for (int l = 0; l < scene->light_count && scene->sensor.kind == NPH_SENSOR_FLUX; l++)
-        if (choice->sampled[l]) k->shadow(batch, l, 1);
+        if (choice->transport.sampled[l]) k->shadow(batch, l, 1);
     while (k->count(batch) > 0) {
         k->track(batch);
         k->escape(batch);
         for (int l = 0; l < scene->light_count; l++)
-            if (choice->sampled[l]) k->shadow(batch, l, 0);
+            if (choice->transport.sampled[l]) k->shadow(batch, l, 0);
         k->scatter(batch);
     }
 }

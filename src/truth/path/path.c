@@ -68,7 +68,7 @@ typedef struct PathState {
 static int channels(const NphJob *job) {
     NphPathChoice choice;
     nph_path_choose(job, &choice);
-    return choice.film_channels;
+    return choice.transport.film_channels;
 }
 
 static void close_path(void *opaque) {
@@ -94,7 +94,7 @@ static NphStatus open_workers(PathState *state) {
     for (int w = 0; w < state->threads; w++) {
         PathWorker *worker = &state->workers[w];
         NPH_TRY(nph_alloc(context, state->kernels.batch_bytes(), 1, "batch of paths", &worker->memory));
-        NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->choice.film_channels), 1, "film scratch",
+        NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->choice.transport.film_channels), 1, "film scratch",
                           &worker->film_scratch));
         state->kernels.layout(worker->memory, state->scene, &worker->batch);
     }
@@ -128,12 +128,12 @@ static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_
     k->begin(batch, origin, inside, chunk);
     NPH_LAUNCH(counts, NPH_PATH_GENERATE, k->count(batch), k->generate(batch));
     for (int l = 0; l < lights && state->job.scene->sensor.kind == NPH_SENSOR_FLUX; l++)
-        if (choice->sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 1));
+        if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 1));
     while (k->count(batch) > 0) {
         NPH_LAUNCH(counts, NPH_PATH_TRACK, k->count(batch), k->track(batch));
         NPH_LAUNCH(counts, NPH_PATH_ESCAPE, k->count(batch), k->escape(batch));
-        for (int l = 0; l < lights && choice->scatters; l++)
-            if (choice->sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));
+        for (int l = 0; l < lights && choice->transport.scatters; l++)
+            if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));
         NPH_LAUNCH(counts, NPH_PATH_SCATTER, k->count(batch), k->scatter(batch));
     }
     NPH_LAUNCH(counts, NPH_PATH_ACCUMULATE, NPH_TILE_PIXELS,
@@ -187,7 +187,7 @@ static void statistics(const void *opaque, NphRenderStatistics *out) {
     }
     out->collisions = out->tentative = out->majorant_violations = out->exhausted = 0;
     for (int w = 0; w < state->threads; w++) {
-        const NphPathTally *tally = state->kernels.tally(state->workers[w].batch);
+        const NphTally *tally = state->kernels.tally(state->workers[w].batch);
         out->collisions += tally->collisions;
         out->tentative += tally->tentative;
         out->majorant_violations += tally->violations;

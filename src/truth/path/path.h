@@ -11,7 +11,7 @@
 #ifndef NPH_TRUTH_PATH_PATH_H
 #define NPH_TRUTH_PATH_PATH_H
 
-#include "pipeline/method.h"
+#include "transport/choice.h"
 
 extern const NphMethod nph_path;
 
@@ -25,25 +25,15 @@ typedef enum NphPathStage {
 enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOB_TOWARDS_SUN, NPH_PATH_KNOB_LEAST_LIGHT,
        NPH_PATH_KNOBS };
 
-/* What must not pass silently, and what statistics show. */
-typedef struct NphPathTally {
-    int64_t collisions, tentative;
-    int64_t violations;  /* density above its majorant */
-    int64_t exhausted;   /* a flight used up its random numbers */
-} NphPathTally;
-
 typedef struct NphPathBatch NphPathBatch;
 
 /* What the plan decided: the one place where plan, run and replay learn it. */
 typedef struct NphPathChoice {
-    int channels, film_channels;
-    int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex */
-    int used[NPH_MAX_MEDIA];      /* media that can change the picture */
-    double weighed;               /* part of the absorption that weighs flights instead of collisions */
-    int guide;                    /* sun towards which directions are sampled too, or -1 */
-    double guide_part;            /* with at most this probability */
-    double least_light;           /* light samples below this part of isotropic scattering are rouletted; 0: none */
-    int scatters;                 /* some medium has an albedo above 0 */
+    NphTransportChoice transport;
+    double weighed;      /* part of the absorption that weighs flights instead of collisions */
+    int guide;           /* sun towards which directions are sampled too, or -1 */
+    double guide_part;   /* with at most this probability */
+    double least_light;  /* light samples below this part of isotropic scattering are rouletted; 0: none */
 } NphPathChoice;
 void nph_path_choose(const NphJob *job, NphPathChoice *choice);
 
@@ -56,7 +46,7 @@ typedef struct NphPathKernels {
     void (*begin)(NphPathBatch *batch, const int origin[2], const int inside[4], int64_t chunk);
     int (*count)(const NphPathBatch *batch);
     const void *(*samples)(const NphPathBatch *batch);
-    const NphPathTally *(*tally)(const NphPathBatch *batch);
+    const NphTally *(*tally)(const NphPathBatch *batch);
     void (*generate)(NphPathBatch *batch);
     void (*track)(NphPathBatch *batch);
     void (*escape)(NphPathBatch *batch);

@@ -6,7 +6,8 @@
  * [-> paths.p, d, weight, share, pdf, id, hero; start] */
 #include <string.h>
 
-#include "truth/path/path_camera.h"
+#include "transport/camera_lookup.h"
+#include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch);
 

@@ -74,7 +74,7 @@ R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restr
     }
 }
 
-/* paths.weight takes the flights' weights (path_walk.h). */
+/* paths.weight takes the flights' weights (flight_lookup.h). */
 R_OUTLINE void weigh(const RMedium *restrict medium, const Real *restrict survived, const Real *restrict walked,
                      Real *restrict weight, int count) {
     for (int i = 0; i < count; i++) weight[i] *= r_flight_weight(medium, survived[i], walked[i]); /* vec */

@@ -4,7 +4,7 @@
  * weighted by the balance heuristic p_phase / (p_phase + p_light); both densities are of the direction alone, so the
  * two weights of a direction add to one whatever the transmittance. Camera rays that escape estimate the
  * transmittance. [paths, escaped -> samples] */
-#include "truth/path/path_lights.h"
+#include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_escape)(NphPathBatch *batch);
 

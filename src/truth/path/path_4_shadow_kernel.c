@@ -5,7 +5,7 @@
  * phase function. At a flux sensor the same with the cosine's density in place of the phase function.
  * [paths, queue, distance, medium -> samples] */
 #include "truth/path/path_lanes.h"
-#include "truth/path/path_lights.h"
+#include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light, int at_sensor);
 

@@ -5,7 +5,7 @@
  * written one after the other into the other set of paths. At albedo 1 no weight falls and no path is ended: it leaves
  * through the surface, after sigma 4V/S collisions in the mean.
  * [paths, queue, distance, medium -> the other paths; samples at the first collision] */
-#include "truth/path/path_lights.h"
+#include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch);
 

@@ -12,7 +12,7 @@ BUILDS(void, nph_path_layout, (void *, const void *, NphPathBatch **));
 BUILDS(void, nph_path_begin, (NphPathBatch *, const int *, const int *, int64_t));
 BUILDS(int, nph_path_count, (const NphPathBatch *));
 BUILDS(const void *, nph_path_samples, (const NphPathBatch *));
-BUILDS(const NphPathTally *, nph_path_tally, (const NphPathBatch *));
+BUILDS(const NphTally *, nph_path_tally, (const NphPathBatch *));
 BUILDS(void, nph_path_replay, (const void *, const int *, int64_t, NphLineFn, void *, double *));
 NPH_KERNEL_DECLARE(void, nph_path_generate, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_track, (NphPathBatch *));

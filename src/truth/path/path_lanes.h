@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Many rays through one grid at once, for grey transport: the arithmetic of path_walk.h as loops over lanes, which become
+ * Many rays through one grid at once, for grey transport: the arithmetic of flight_lookup.h as loops over lanes, which become
  * vectors. Every lane stands in its own cell; a pass moves all of them by one step of the walk, then those that met a
  * tentative collision look the density up and draw their next event. A lane whose flight is over is replaced by the
  * next ray. Lanes do not see each other, so neither their order nor the width of vectors changes a bit. */
 #ifndef NPH_TRUTH_PATH_LANES_H
 #define NPH_TRUTH_PATH_LANES_H
 
-#include "truth/path/path_walk.h"
+#include "truth/path/path_state.h"
 
 enum { R_LANES = 128, R_FEW = 4 }; /* so few rays are followed one by one */
 
@@ -147,7 +147,7 @@ R_OUTLINE void r_flights_enter(RLanes *restrict lanes, const RMedium *restrict m
 }
 
 /* Fills `ready` with the next rays that meet the medium, their first event drawn. */
-static inline void r_flights_load(RFlights *f, NphPathTally *tally, int shadow) {
+static inline void r_flights_load(RFlights *f, NphTally *tally, int shadow) {
     RLanes *lanes = &f->ready;
     const RRays *rays = &f->rays;
     lanes->count = 0;
@@ -243,7 +243,7 @@ static inline void r_flights_decide(RDue *due, const RMedium *medium) {
 }
 
 /* Tentative collisions of all lanes that have one; those that go on draw their next event. */
-static inline void r_flights_collide(RFlights *f, NphPathTally *tally, int shadow) {
+static inline void r_flights_collide(RFlights *f, NphTally *tally, int shadow) {
     RLanes *lanes = &f->work;
     RDue *due = &f->due;
     int count = 0;
@@ -274,7 +274,7 @@ static inline void r_flights_collide(RFlights *f, NphPathTally *tally, int shado
 }
 
 /* Hands finished flights to `finish` and puts new rays into their lanes. */
-static inline void r_flights_renew(RFlights *f, NphPathTally *tally, int shadow, int32_t *medium_of, int32_t medium) {
+static inline void r_flights_renew(RFlights *f, NphTally *tally, int shadow, int32_t *medium_of, int32_t medium) {
     RLanes *lanes = &f->work;
     for (int i = 0; i < lanes->count; i++) {
         while (i < lanes->count && lanes->state[i] != R_WALKING) {
@@ -295,7 +295,7 @@ static inline void r_flights_renew(RFlights *f, NphPathTally *tally, int shadow,
 
 /* Follows all rays. Delta tracking (shadow 0): a collision nearer than a ray's limit becomes its limit, and the medium's
  * number its medium_of. Ratio tracking (shadow 1): T is multiplied by an estimate of the transmittance up to limit. */
-static inline void r_flights_run(RFlights *f, NphPathTally *tally, int shadow, int32_t *medium_of, int32_t medium) {
+static inline void r_flights_run(RFlights *f, NphTally *tally, int shadow, int32_t *medium_of, int32_t medium) {
     f->next = 0;
     f->work.count = 0;
     r_flights_load(f, tally, shadow);

@@ -8,8 +8,8 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-#include "truth/path/path_camera.h"
-#include "truth/path/path_lights.h"
+#include "transport/camera_lookup.h"
+#include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t sample, NphLineFn line, void *user,
                                  double fields[NPH_SAMPLE_FIELDS]);
@@ -22,7 +22,7 @@ typedef struct Replay {
     Real p[3], d[3], weight[3], share[3], pdf, camera_weight;
     int hero;
     Real field[NPH_SAMPLE_FIELDS];
-    NphPathTally tally;
+    NphTally tally;
 } Replay;
 
 static void tell(const Replay *r, const char *format, ...) {

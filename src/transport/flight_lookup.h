@@ -11,12 +11,13 @@
  *
  * Cells of the majorant grid are walked plane by plane [Amanatides87]; an empty cell knows how many empty cells
  * surround it, which are crossed at once. Lookups are clamped to the cell, whose bound holds on its faces too. */
-#ifndef NPH_TRUTH_PATH_WALK_H
-#define NPH_TRUTH_PATH_WALK_H
+#ifndef NPH_TRANSPORT_FLIGHT_LOOKUP_H
+#define NPH_TRANSPORT_FLIGHT_LOOKUP_H
 
 #include <assert.h>
 
-#include "truth/path/path_state.h"
+#include "transport/choice.h"
+#include "transport/local_scene.h"
 
 #define R_HUGE R(1e30)
 #define R_FAR R(1e36)
@@ -201,7 +202,7 @@ static inline Real r_segment_weight(const RMedium *medium, Real length) {
 
 /* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
 static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
-                                 REvents *events, NphPathTally *tally) {
+                                 REvents *events, NphTally *tally) {
     RSpan span = r_clip(medium, p, d, limit);
     Real depth, decision;
     if (!(medium->sigma[hero] > R(0.0)) || !span.inside) return R(-1.0);
@@ -259,7 +260,7 @@ static inline void r_flight_factors(const RMedium *medium, const Real p[3], cons
 /* Ratio tracking: multiplies T by an unbiased estimate of the transmittance up to limit. Below `roulette` (largest
  * channel) the walk survives with probability 1/4 and T grows by 4. channels is 1 or 3. */
 static inline void r_transmittance(const RMedium *medium, const Real p[3], const Real d[3], Real limit,
-                                   const RScene *scene, REvents *events, Real T[3], NphPathTally *tally) {
+                                   const RScene *scene, REvents *events, Real T[3], NphTally *tally) {
     RSpan span = r_clip(medium, p, d, limit);
     Real depth, decision;
     assert(scene->channels <= 3);

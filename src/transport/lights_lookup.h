@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Lights as the path tracer meets them: by chance at infinity, and by a light sample at a vertex. */
-#ifndef NPH_TRUTH_PATH_LIGHTS_H
-#define NPH_TRUTH_PATH_LIGHTS_H
+ * Lights as a path meets them: by chance at infinity, and by a light sample at a vertex. */
+#ifndef NPH_TRANSPORT_LIGHTS_LOOKUP_H
+#define NPH_TRANSPORT_LIGHTS_LOOKUP_H
 
-#include "truth/path/path_walk.h"
+#include "transport/flight_lookup.h"
 
 /* The angle between unit vectors: 1 - cos = |a - b|^2 / 2 and 1 + cos = |a + b|^2 / 2, without cancellation. */
 static inline RAngle r_angle_between(const Real a[3], const Real b[3]) {
@@ -137,17 +137,6 @@ static inline void r_sample_light(const RLight *light, const Real p[3], const RS
     } else {
         for (int a = 0; a < 3; a++) sample->d[a] = light->direction[a];
     }
-}
-
-/* Adds weight * radiance to a path's sample, and to its order-weighted luminance. */
-static inline void r_add_light(NphPathBatch *batch, int32_t id, const Real weight[3], const Real radiance[3],
-                               uint32_t order) {
-    Real light[3];
-    for (int c = 0; c < 3; c++) {
-        light[c] = weight[c] * radiance[c];
-        batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
-    }
-    batch->samples[NPH_SAMPLE_ORDER * NPH_PATH_BATCH + id] += (Real)order * r_luminance(light);
 }
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * One camera ray, shared by path.generate and the replay. */
-#ifndef NPH_TRUTH_PATH_CAMERA_H
-#define NPH_TRUTH_PATH_CAMERA_H
+#ifndef NPH_TRANSPORT_CAMERA_LOOKUP_H
+#define NPH_TRANSPORT_CAMERA_LOOKUP_H
 
-#include "truth/path/path_state.h"
+#include "transport/local_scene.h"
 
 typedef struct RCameraRay {
     Real p[3], d[3];

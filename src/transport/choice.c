@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Only what the scene requires: one channel when everything is grey, no sample of a black light, no medium without
+ * extinction, no scattering where every albedo is 0. --plan full leaves nothing out. */
+#include "transport/choice.h"
+
+#include "core/message.h"
+#include "pipeline/plan.h"
+
+static int is_grey(const double value[3]) { return value[0] == value[1] && value[0] == value[2]; }
+
+static int is_black(const double value[3]) { return value[0] == 0.0 && value[1] == 0.0 && value[2] == 0.0; }
+
+static int light_is_grey(const NphLight *light) {
+    switch (light->kind) {
+    case NPH_LIGHT_SUN: return is_grey(light->irradiance);
+    case NPH_LIGHT_CONSTANT: return is_grey(light->radiance);
+    case NPH_LIGHT_POINT: return is_grey(light->intensity);
+    case NPH_LIGHT_ENVIRONMENT: break;
+    }
+    const NphEnvironment *map = &light->map;
+    int64_t texels = (int64_t)map->width * map->height;
+    for (int64_t i = 0; i < texels; i++) {
+        const float *t = map->radiance + 3 * i;
+        if (t[0] != t[1] || t[0] != t[2]) return 0;
+    }
+    return 1;
+}
+
+static int light_is_black(const NphLight *light) {
+    switch (light->kind) {
+    case NPH_LIGHT_SUN: return is_black(light->irradiance);
+    case NPH_LIGHT_CONSTANT: return is_black(light->radiance);
+    case NPH_LIGHT_POINT: return is_black(light->intensity);
+    case NPH_LIGHT_ENVIRONMENT: break;
+    }
+    return !(light->map.total > 0.0);
+}
+
+static int medium_is_empty(const NphMedium *medium) {
+    return is_black(medium->extinction_per_m) || (medium->shape == NPH_SHAPE_GRID && !(medium->grid.max > 0.0f));
+}
+
+void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoice *choice) {
+    *choice = (NphTransportChoice){.channels = 1, .film_channels = 1};
+    for (int m = 0; m < scene->medium_count; m++) {
+        const NphMedium *medium = &scene->media[m];
+        choice->used[m] = plan_full || !medium_is_empty(medium);
+        if (!choice->used[m]) continue;
+        if (!is_grey(medium->extinction_per_m) || !is_grey(medium->albedo)) choice->channels = 3;
+        if (!is_black(medium->albedo)) choice->scatters = 1;
+    }
+    if (plan_full) {
+        choice->channels = 3;
+        choice->scatters = 1;
+    }
+    choice->film_channels = choice->channels;
+    for (int l = 0; l < scene->light_count; l++) {
+        const NphLight *light = &scene->lights[l];
+        if (!light_is_grey(light)) choice->film_channels = 3;
+        choice->sampled[l] = light->kind != NPH_LIGHT_CONSTANT && (plan_full || !light_is_black(light));
+    }
+}
+
+static NphStatus plan_omissions(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, NphPlan *plan) {
+    if (choice->film_channels == 1)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "channels", 0, "2 of 3: media and lights are grey"));
+    else if (choice->channels == 1)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "transport channels", 0,
+                             "2 of 3: media are grey, only the lights have a colour"));
+    for (int m = 0; m < scene->medium_count; m++)
+        if (!choice->used[m])
+            NPH_TRY(nph_plan_add(context, plan, "left out", scene->media[m].name, 0, "medium: it has no extinction"));
+    for (int m = 0; m < scene->medium_count; m++)
+        if (choice->used[m] && scene->media[m].shape != NPH_SHAPE_GRID)
+            NPH_TRY(nph_plan_add(context, plan, "left out", "tracking", 0,
+                                 "in %s: it is homogeneous, flights and transmittances are closed forms",
+                                 scene->media[m].name));
+    for (int l = 0; l < scene->light_count; l++)
+        if (!choice->sampled[l] && scene->lights[l].kind != NPH_LIGHT_CONSTANT)
+            NPH_TRY(nph_plan_add(context, plan, "left out", "light sample", 0, "of %s: it is black", scene->lights[l].name));
+    if (scene->light_count == 0)
+        NPH_TRY(nph_plan_add(context, plan, "warning", "lights", 0, "there are none: the picture will be black"));
+    return NPH_OK;
+}
+
+NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, NphPlan *plan) {
+    NPH_TRY(plan_omissions(context, scene, choice, plan));
+    for (int m = 0; m < scene->medium_count; m++)
+        if (scene->media[m].shape == NPH_SHAPE_GRID)
+            NPH_TRY(nph_plan_add(context, plan, "memory", scene->media[m].name, nph_grid_bytes(&scene->media[m].grid),
+                                 "bricks and majorants of the density"));
+    for (int l = 0; l < scene->light_count; l++)
+        if (scene->lights[l].kind == NPH_LIGHT_ENVIRONMENT) {
+            uint64_t texels = (uint64_t)scene->lights[l].map.width * (uint64_t)scene->lights[l].map.height;
+            NPH_TRY(nph_plan_add(context, plan, "memory", scene->lights[l].name, texels * 20, "environment and its tables"));
+        }
+    return NPH_OK;
+}

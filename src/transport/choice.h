@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * What transport through a scene needs, chosen once for plan, run and replay; and what it counts. */
+#ifndef NPH_TRANSPORT_CHOICE_H
+#define NPH_TRANSPORT_CHOICE_H
+
+#include "pipeline/method.h"
+
+/* Only what the scene requires; with plan_full everything. */
+typedef struct NphTransportChoice {
+    int channels;                 /* of transport: 1 when every medium is grey, else 3 */
+    int film_channels;            /* 1 when the lights are grey too */
+    int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex: all that are not constant or black */
+    int used[NPH_MAX_MEDIA];      /* media that can change the picture */
+    int scatters;                 /* some medium has an albedo above 0 */
+} NphTransportChoice;
+void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoice *choice);
+
+/* Lines of a plan about what the choice leaves out, and about the memory of media and lights. */
+NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, NphPlan *plan);
+
+/* What must not pass silently, and what statistics show. */
+typedef struct NphTally {
+    int64_t collisions, tentative;
+    int64_t violations;  /* density above its majorant */
+    int64_t exhausted;   /* a flight used up its random numbers */
+} NphTally;
+
+#endif

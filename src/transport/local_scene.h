@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * A scene as kernels see it, in the number type of the build and in scene-local space: metres, origin near the media,
+ * so that f32 positions keep their precision wherever in the world the scene lies. And the streams of random words.
+ *
+ * Random words: Philox4x32-10 with key (seed, stage << 24 | frame) and counter (pixel, sample, vertex, draw); pixel =
+ * y * width + x of the whole image, vertex = number of scatterings so far, draw = light << 27 | medium << 21 | block. */
+#ifndef NPH_TRANSPORT_LOCAL_SCENE_H
+#define NPH_TRANSPORT_LOCAL_SCENE_H
+
+#include "core/philox.h"
+#include "core/real.h"
+#include "field/lookup.h"
+#include "light/light_lookup.h"
+#include "optics/phase_lookup.h"
+#include "scene/model.h"
+
+/* Functions whose loops must become vectors stay functions: inlined, gcc forgets that their parameters are restrict.
+ * What they call for each lane must be inlined, however large. */
+#if defined(__GNUC__)
+#define R_OUTLINE static __attribute__((noinline, unused))
+#define R_INLINE static inline __attribute__((always_inline))
+#else
+#define R_OUTLINE static
+#define R_INLINE static inline
+#endif
+
+/* Stage numbers of the random streams. */
+enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5 };
+
+enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1 << NPH_DRAW_MEDIUM_SHIFT };
+
+/* Density rho (1 for box and layer); the extinction of channel c is rho * sigma[c]. */
+typedef struct RMedium {
+    int shape;
+    uint32_t number;            /* in the scene: names the random stream */
+    Real from_local[12];        /* medium space (lattice space for a grid) from scene-local space */
+    Real lo[3], hi[3];          /* its box in medium space; -R_FAR, R_FAR where it has no end */
+    Real sigma[3], sigma_max, ratio[3]; /* ratio = sigma / sigma_max */
+    Real collide;               /* part of the extinction that makes collisions; the rest weighs flights */
+    Real control;               /* mean of density over majorant: what weighing expects of a virtual collision */
+    Real albedo[3];             /* over collide */
+    RPhase phase;
+    RGrid grid;
+    const float *majorant;
+    int32_t majorant_n[3];
+} RMedium;
+
+typedef struct RLight {
+    int kind, hemisphere;
+    int sampled;               /* a light sample at every vertex finds it; met by chance it is weighted against that */
+    Real direction[3];
+    Real value[3];             /* irradiance (delta sun), radiance (disc, constant), intensity (point) */
+    RDisc disc;                /* sun that is not a delta: width > 0 */
+    Real position[3];
+    REnvironment map;
+} RLight;
+
+typedef struct RScene {
+    int medium_count, light_count;
+    int channels;              /* of transport: 1 when every medium is grey */
+    int film_channels;         /* 1 when the lights are grey too */
+    int width, height;
+    uint32_t seed, frame;
+    /* What an integrator may set after r_prepare_scene; until then 0, and guide -1: the plain estimators. */
+    int weighed;               /* flights carry weights: collide < 1 in the one medium */
+    Real roulette, shadow_roulette;
+    int guide;                 /* sun towards which directions are sampled too, or -1 */
+    Real guide_part, least_light, weight_unit; /* weight_unit: 1 over the weight of a camera ray */
+    NphSensor sensor;          /* world space, f64 */
+    double origin[3];          /* of scene-local space */
+    double bounds_lo[3], bounds_hi[3]; /* of all media, scene-local, f64; infinite where a layer has no end */
+    RMedium media[NPH_MAX_MEDIA];
+    RLight lights[NPH_MAX_LIGHTS];
+} RScene;
+
+/* Where a random stream stands: all of key and counter but the block. */
+typedef struct RStream {
+    uint32_t key[2], pixel, sample, vertex, draw;
+} RStream;
+
+static inline RStream r_stream(const RScene *scene, uint32_t stage, uint32_t pixel, uint32_t sample, uint32_t vertex) {
+    RStream stream = {{scene->seed, stage << 24 | (scene->frame & 0xffffffu)}, pixel, sample, vertex, 0};
+    return stream;
+}
+
+static inline NphWords r_words(const RStream *stream, uint32_t block) {
+    return nph_philox(stream->key[0], stream->key[1], stream->pixel, stream->sample, stream->vertex,
+                      stream->draw | block);
+}
+
+static inline Real r_luminance(const Real c[3]) {
+    return R(0.2126) * c[0] + R(0.7152) * c[1] + R(0.0722) * c[2];
+}
+
+#endif

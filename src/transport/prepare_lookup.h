@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * From the scene (world space, f64) to what kernels see: scene-local space, the number type of the build, and only the
+ * media that the choice says are used. */
+#ifndef NPH_TRANSPORT_PREPARE_LOOKUP_H
+#define NPH_TRANSPORT_PREPARE_LOOKUP_H
+
+#include <string.h>
+
+#include "field/sample.h"
+#include "transport/choice.h"
+#include "transport/flight_lookup.h"
+
+#define R_NO_END 1e300
+
+/* Density over majorant in the mean over the cells, each as heavy as its majorant. */
+static inline Real r_mean_of_majorant(const NphGrid *grid) {
+    const int32_t *n = grid->majorant.n;
+    int64_t cells = (int64_t)n[0] * n[1] * n[2], samples = NPH_MAJORANT_CELL * NPH_MAJORANT_CELL * NPH_MAJORANT_CELL;
+    double sum = 0.0;
+    for (int64_t i = 0; i < cells; i++) sum += grid->majorant.cells[i] > 0.0f ? (double)grid->majorant.cells[i] : 0.0;
+    double part = sum > 0.0 ? grid->sum / (sum * (double)samples) : 0.0;
+    return (Real)(part < 1.0 ? part : 1.0);
+}
+
+static inline void r_prepare_medium(const NphMedium *medium, const double origin[3], uint32_t number, RMedium *out) {
+    double medium_from_world[12];
+    nph_affine_invert(medium->world_from_medium, medium_from_world);
+    out->shape = medium->shape;
+    out->number = number;
+    for (int a = 0; a < 3; a++) {
+        const double *row = medium_from_world + 4 * a;
+        for (int b = 0; b < 3; b++) out->from_local[4 * a + b] = (Real)row[b];
+        out->from_local[4 * a + 3] = (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2]);
+        double lo = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo[a] : medium->lo[a];
+        double hi = medium->shape == NPH_SHAPE_GRID ? medium->grid.hi[a] : medium->hi[a];
+        out->lo[a] = lo > -R_NO_END ? (Real)lo : -R_FAR;
+        out->hi[a] = hi < R_NO_END ? (Real)hi : R_FAR;
+    }
+    double largest = 0.0;
+    for (int c = 0; c < 3; c++) largest = medium->extinction_per_m[c] > largest ? medium->extinction_per_m[c] : largest;
+    out->sigma_max = (Real)largest;
+    for (int c = 0; c < 3; c++) {
+        out->sigma[c] = (Real)medium->extinction_per_m[c];
+        out->ratio[c] = largest > 0.0 ? (Real)(medium->extinction_per_m[c] / largest) : R(0.0);
+    }
+    out->collide = R(1.0);
+    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)medium->albedo[c];
+    out->phase = r_phase(&medium->phase);
+    if (medium->shape != NPH_SHAPE_GRID) return;
+    nph_grid_view(&medium->grid, &out->grid);
+    out->majorant = medium->grid.majorant.cells;
+    out->control = r_mean_of_majorant(&medium->grid);
+    for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
+}
+
+/* A disc sun of half angle h has the radiance E / (pi sin^2 h); its cap's solid angle is 2 pi (1 - cos h). */
+static inline void r_prepare_light(const NphLight *light, const double origin[3], int sampled, RLight *out) {
+    out->kind = (int)light->kind;
+    out->hemisphere = light->hemisphere;
+    out->sampled = sampled;
+    double scale = 1.0;
+    if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0) {
+        double sine = nph_sin(light->half_angle_rad);
+        out->disc = r_disc(light->direction, light->half_angle_rad);
+        scale = 1.0 / (3.14159265358979323846 * sine * sine);
+    }
+    const double *value = light->kind == NPH_LIGHT_SUN     ? light->irradiance
+                          : light->kind == NPH_LIGHT_POINT ? light->intensity
+                                                           : light->radiance;
+    for (int c = 0; c < 3; c++) {
+        out->value[c] = (Real)(value[c] * scale);
+        out->direction[c] = (Real)light->direction[c];
+        out->position[c] = (Real)(light->position[c] - origin[c]);
+    }
+    if (light->kind == NPH_LIGHT_ENVIRONMENT) out->map = r_environment(&light->map, light->rotation_rad);
+}
+
+/* weighed: what part of the absorption weighs flights; at least a quarter of the extinction makes collisions, which tell
+ * the distance of the first one. */
+static inline void r_weigh_flights(const NphMedium *medium, double weighed, RMedium *out) {
+    double least = medium->albedo[0] > 0.25 ? medium->albedo[0] : 0.25, collide = 1.0 - weighed * (1.0 - least);
+    out->collide = (Real)collide;
+    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)(medium->albedo[c] / collide);
+}
+
+/* The origin is the centre of the media's box, and the sensor's position along axes without end. */
+static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoice *choice, uint32_t seed, uint32_t frame,
+                                   RScene *out) {
+    memset(out, 0, sizeof *out);
+    double lo[3], hi[3];
+    nph_scene_bounds(scene, lo, hi);
+    for (int a = 0; a < 3; a++) {
+        int bounded = lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END;
+        out->origin[a] = bounded ? 0.5 * lo[a] + 0.5 * hi[a] : scene->sensor.position[a];
+        out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] : -2.0 * R_NO_END;
+        out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] : 2.0 * R_NO_END;
+    }
+    out->channels = choice->channels;
+    out->film_channels = choice->film_channels;
+    out->width = scene->sensor.width;
+    out->height = scene->sensor.height;
+    out->seed = seed;
+    out->frame = frame;
+    out->guide = -1;
+    out->weight_unit = R(1.0);
+    out->sensor = scene->sensor;
+    for (int m = 0; m < scene->medium_count; m++)
+        if (choice->used[m]) r_prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count++]);
+    for (int l = 0; l < scene->light_count; l++)
+        r_prepare_light(&scene->lights[l], out->origin, choice->sampled[l], &out->lights[l]);
+    out->light_count = scene->light_count;
+}
+
+#endif
