@@ -103,4 +103,17 @@ void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]) {
             grow(lo, hi, axis, high[axis]);
         }
     }
+    for (int s = 0; s < scene->surface_count; s++) {
+        const NphSurface *surface = &scene->surfaces[s];
+        if (surface->is_plane) grow(lo, hi, 2, surface->height_m);
+        for (int64_t i = 0; i < 3 * (int64_t)surface->mesh.vertex_count; i++)
+            grow(lo, hi, (int)(i % 3), surface->mesh.vertices_m[i]);
+    }
+}
+
+void nph_scene_origin(const NphScene *scene, double origin[3]) {
+    double lo[3], hi[3];
+    nph_scene_bounds(scene, lo, hi);
+    for (int axis = 0; axis < 3; axis++)
+        origin[axis] = lo[axis] <= hi[axis] ? 0.5 * lo[axis] + 0.5 * hi[axis] : scene->sensor.position[axis];
 }

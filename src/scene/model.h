@@ -5,11 +5,12 @@
 #define NPH_SCENE_MODEL_H
 
 #include "field/grid.h"
+#include "geometry/bvh.h"
 #include "light/light.h"
 #include "nephos/scene.h"
 #include "optics/phase.h"
 
-enum { NPH_MAX_MEDIA = 64, NPH_MAX_LIGHTS = 32 };
+enum { NPH_MAX_MEDIA = 64, NPH_MAX_LIGHTS = 32, NPH_MAX_SURFACES = 64 };
 
 typedef enum NphSensorKind { NPH_SENSOR_PERSPECTIVE, NPH_SENSOR_ORTHOGRAPHIC, NPH_SENSOR_FLUX } NphSensorKind;
 
@@ -43,21 +44,37 @@ typedef struct NphMedium {
     NphPhase phase;
 } NphMedium;
 
+/* Opaque, Lambertian on both sides. */
+typedef struct NphSurface {
+    char *name;
+    int is_plane;     /* z = height_m, without end; else a mesh */
+    double height_m;
+    NphMesh mesh;     /* world space */
+    double albedo[3]; /* in [0, 1] */
+} NphSurface;
+
 struct NphScene {
     char *name;                         /* file name without folder */
     NphSensor sensor;
-    int medium_count, light_count;
+    int medium_count, light_count, surface_count;
     NphMedium media[NPH_MAX_MEDIA];
     NphLight lights[NPH_MAX_LIGHTS];
+    NphSurface surfaces[NPH_MAX_SURFACES];
+    NphBvh bvh;                         /* of all meshes, in the order of surfaces, about nph_scene_origin; no nodes: none */
     int64_t default_spp;                /* render: section; overridden by the command line */
     uint32_t default_seed;
-    uint8_t digest[16];                 /* XXH128 (canonical) of sensor, media and lights with the contents of their
+    uint8_t digest[16];                 /* XXH128 (canonical) of sensor, media, lights, surfaces with the contents of their
                                            files; names, paths, comments, order of keys, defaults written out or not,
                                            and the render: section (part of a run, not of the scene) do not enter */
 };
 
-/* Bounding box in world space of all media that have one (a layer counts in z only); lo > hi when there is none. */
+/* Bounding box in world space of all media and surfaces that have one (layers and planes count in z only); lo > hi when
+ * there is none. */
 void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]);
+
+/* The origin of scene-local space, in which kernels work: the middle of that box; along an axis without bounds the
+ * sensor's position. */
+void nph_scene_origin(const NphScene *scene, double origin[3]);
 
 /* The same of one medium; a layer's x and y are -+HUGE_VAL. */
 void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]);

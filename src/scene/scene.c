@@ -20,6 +20,11 @@ static void free_scene_parts(NphContext *context, NphScene *scene) {
         nph_free(context, scene->lights[i].name);
         nph_environment_free(context, &scene->lights[i].map);
     }
+    for (int i = 0; i < scene->surface_count; i++) {
+        nph_free(context, scene->surfaces[i].name);
+        nph_mesh_free(context, &scene->surfaces[i].mesh);
+    }
+    nph_bvh_free(context, &scene->bvh);
     nph_free(context, scene->name);
 }
 
@@ -46,6 +51,7 @@ static NphStatus read_sections(NphSceneReader *reader) {
     if ((value = nph_section_value(&scene, "camera"))) nph_scene_read_camera(reader, value->node);
     if ((value = nph_section_value(&scene, "media"))) NPH_TRY(nph_scene_read_media(reader, value->node));
     if ((value = nph_section_value(&scene, "lights"))) NPH_TRY(nph_scene_read_lights(reader, value->node));
+    if ((value = nph_section_value(&scene, "surfaces"))) NPH_TRY(nph_scene_read_surfaces(reader, value->node));
     read_render(reader, nph_section_value(&scene, "render"));
     return NPH_OK;
 }
@@ -56,6 +62,7 @@ static NphStatus read_scene(NphSceneReader *reader, const char *text, size_t siz
     if (reader->mistakes == 0 && reader->bad_inputs == 0) NPH_TRY(nph_scene_load_files(reader));
     if (reader->mistakes) return NPH_BAD_SCENE;
     if (reader->bad_inputs) return NPH_BAD_INPUT;
+    NPH_TRY(nph_scene_build_surfaces(reader->context, reader->scene));
     return nph_scene_digest(reader->context, reader->scene);
 }
 
@@ -68,6 +75,7 @@ static void close_reader(NphSceneReader *reader) {
     if (reader->has_document) yaml_document_delete(&reader->document);
     for (int i = 0; i < NPH_MAX_MEDIA; i++) nph_free(reader->context, reader->volumes[i].path);
     for (int i = 0; i < NPH_MAX_LIGHTS; i++) nph_free(reader->context, reader->maps[i].path);
+    for (int i = 0; i < NPH_MAX_SURFACES; i++) nph_free(reader->context, reader->meshes[i].path);
     nph_free(reader->context, reader);
 }
 

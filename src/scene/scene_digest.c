@@ -111,6 +111,17 @@ static void put_light(Digest *digest, const NphLight *light) {
     }
 }
 
+/* Triangles as points, so that how they share vertices makes no difference. */
+static void put_surface(Digest *digest, const NphSurface *surface) {
+    const NphMesh *mesh = &surface->mesh;
+    put_int(digest, surface->is_plane);
+    put_doubles(digest, surface->albedo, 3);
+    if (surface->is_plane) put_doubles(digest, &surface->height_m, 1);
+    else put_int(digest, mesh->triangle_count);
+    for (int64_t i = 0; i < 3 * (int64_t)mesh->triangle_count; i++)
+        put_doubles(digest, mesh->vertices_m + 3 * (int64_t)mesh->triangles[i], 3);
+}
+
 NphStatus nph_scene_digest(NphContext *context, NphScene *scene) {
     Digest digest = {0};
     digest.state = XXH3_createState();
@@ -121,6 +132,11 @@ NphStatus nph_scene_digest(NphContext *context, NphScene *scene) {
     for (int i = 0; i < scene->medium_count; i++) put_medium(&digest, &scene->media[i]);
     put_int(&digest, scene->light_count);
     for (int i = 0; i < scene->light_count; i++) put_light(&digest, &scene->lights[i]);
+    if (scene->surface_count > 0) { /* scenes without keep the digest that they have always had */
+        put_int(&digest, -1);
+        put_int(&digest, scene->surface_count);
+    }
+    for (int i = 0; i < scene->surface_count; i++) put_surface(&digest, &scene->surfaces[i]);
     flush(&digest);
     XXH128_canonical_t canonical;
     XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(digest.state));

@@ -120,8 +120,7 @@ static NphStatus load_map(NphContext *context, const NphSceneFile *file, NphEnvi
     return status;
 }
 
-/* A file's own failure is noted at its place and the next one is tried; what concerns the run ends it. */
-static NphStatus note(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphStatus status) {
+NphStatus nph_scene_note(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphStatus status) {
     if (status == NPH_OK || status == NPH_NO_MEMORY || status == NPH_INTERRUPTED) return status;
     nph_scene_bad_input(reader, file->place, "this %s cannot be used: %s", what, file->path);
     return NPH_OK;
@@ -155,13 +154,13 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
         NphMedium *medium = &scene->media[i];
         int bad = reader->bad_inputs;
         if (!file->path) continue;
-        NPH_TRY(note(reader, file, "volume", load_volume(reader->context, file, &medium->grid)));
+        NPH_TRY(nph_scene_note(reader, file, "volume", load_volume(reader->context, file, &medium->grid)));
         if (reader->bad_inputs == bad) check_grid(reader, file, medium);
     }
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;
-        NPH_TRY(note(reader, file, "environment map", load_map(reader->context, file, &scene->lights[i].map)));
+        NPH_TRY(nph_scene_note(reader, file, "environment map", load_map(reader->context, file, &scene->lights[i].map)));
     }
-    return NPH_OK;
+    return nph_scene_load_meshes(reader);
 }

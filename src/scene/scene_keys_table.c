@@ -38,6 +38,9 @@ const NphSceneSectionInfo nph_scene_sections[] = {
     {"light", "a light", "type", LIGHTS,
      "Directions point from the scene towards the light; azimuth counts from +x towards +y. In the middle of an "
      "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y."},
+    {"surface", "a surface", NULL, NULL,
+     "What light does not pass: opaque, diffusely reflecting (Lambert) on both sides. A triangle mesh, or a level plane "
+     "without end. Media on both sides of a surface do not see each other through it."},
     {"render", "render", NULL, NULL, "Defaults of a run; the command line has the last word."},
 };
 const int nph_scene_section_count = (int)(sizeof nph_scene_sections / sizeof nph_scene_sections[0]);
@@ -48,6 +51,7 @@ const NphSceneRule nph_scene_rules[] = {
     {"medium", NULL, "extinction albedo?|scattering? absorption?"},
     {"transform", NULL, "scale|rotate|translate|matrix"},
     {"light", "sun", "direction|elevation azimuth"},
+    {"surface", NULL, "mesh transform?|plane"},
 };
 const int nph_scene_rule_count = (int)(sizeof nph_scene_rules / sizeof nph_scene_rules[0]);
 
@@ -58,6 +62,7 @@ const NphSceneKey nph_scene_keys[] = {
     {"scene", "camera", NPH_KEY_SECTION, 0, 0, "", "camera", REQUIRED, NULL, "The camera or flux sensor."},
     {"scene", "media", NPH_KEY_LIST, 0, 64, "", "medium", NULL, NULL, "The media; none: empty space."},
     {"scene", "lights", NPH_KEY_LIST, 0, 32, "", "light", NULL, NULL, "The lights; none: darkness."},
+    {"scene", "surfaces", NPH_KEY_LIST, 0, 64, "", "surface", NULL, NULL, "The surfaces; none: nothing but media."},
     {"scene", "render", NPH_KEY_SECTION, 0, 0, "", "render", NULL, NULL, "Defaults of a run."},
 
     {"camera", "type", NPH_KEY_WORD, 0, 0, "", CAMERAS, "perspective", NULL, "Kind of camera."},
@@ -144,6 +149,15 @@ const NphSceneKey nph_scene_keys[] = {
     {"light", "scale", NPH_KEY_RGB, 0, MOST_LIGHT, "", NULL, "1", "environment", "Factor of the map's radiance."},
     {"light", "position", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, REQUIRED, "point", "Where it stands."},
     {"light", "intensity", NPH_KEY_RGB, 0, MOST_LIGHT, "W/sr", NULL, REQUIRED, "point", "The same in every direction."},
+
+    {"surface", "name", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, NULL,
+     "For messages and plans; left out: surface0, surface1, ..."},
+    {"surface", "mesh", NPH_KEY_FILE, 1, 4095, "", NULL, NULL, NULL,
+     "Triangles from a file, by its ending: `.obj` or `.ply`; metres, as they stand there."},
+    {"surface", "transform", NPH_KEY_LIST, 0, 64, "", "transform", NULL, NULL,
+     "Steps from the mesh's own space into the world; left out: none."},
+    {"surface", "plane", NPH_KEY_NUMBER, -FAR_M, FAR_M, "m", NULL, NULL, NULL, "The height z of a level plane."},
+    {"surface", "albedo", NPH_KEY_RGB, 0, 1, "", NULL, "0.5", NULL, "Reflected share of the light."},
 
     {"render", "samples", NPH_KEY_WHOLE, 1, 2147483647, "per pixel", NULL, "64", NULL, "Rounded up to a multiple of 16."},
     {"render", "seed", NPH_KEY_WHOLE, 0, 4294967295.0, "", NULL, "1", NULL, "Of the random numbers."},

@@ -19,7 +19,7 @@ typedef struct NphScenePlace {
     int line, column; /* from 1 */
 } NphScenePlace;
 
-/* What a medium or light names and is loaded once the whole file has been checked. Texts belong to the document. */
+/* What a medium, light or surface names and is loaded once the whole file has been checked. Texts belong to the document. */
 typedef struct NphSceneFile {
     char *path; /* NULL: none */
     const char *grid;
@@ -45,7 +45,8 @@ typedef struct NphSceneReader {
     int has_document;
     int mistakes;   /* in the scene */
     int bad_inputs; /* in files it names */
-    NphSceneFile volumes[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS];
+    NphSceneFile volumes[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
+    double world_from_mesh[NPH_MAX_SURFACES][12];
 } NphSceneReader;
 
 typedef struct NphSceneValue {
@@ -93,10 +94,11 @@ int nph_section_read(NphSceneReader *reader, const yaml_node_t *node, const char
 /* The value of a key when it is usable, else NULL. */
 const NphSceneValue *nph_section_value(const NphSceneSection *section, const char *key);
 
-/* scene_camera.c, scene_media.c, scene_transform.c, scene_lights.c: from sections to the model. */
+/* scene_camera.c, scene_media.c, scene_transform.c, scene_lights.c, scene_surfaces.c: from sections to the model. */
 void nph_scene_read_camera(NphSceneReader *reader, const yaml_node_t *node);
 NphStatus nph_scene_read_media(NphSceneReader *reader, const yaml_node_t *list);
 NphStatus nph_scene_read_lights(NphSceneReader *reader, const yaml_node_t *list);
+NphStatus nph_scene_read_surfaces(NphSceneReader *reader, const yaml_node_t *list);
 void nph_scene_check_reach(NphSceneReader *reader, NphScenePlace place, const NphMedium *medium);
 /* 0 after mistakes. layer: only what keeps a layer level. */
 int nph_scene_read_transform(NphSceneReader *reader, const yaml_node_t *list, int layer, double world_from_medium[12]);
@@ -104,6 +106,12 @@ int nph_scene_read_transform(NphSceneReader *reader, const yaml_node_t *list, in
 /* scene_files.c: the path of a file named at a place; a file that cannot be read is reported as bad input. */
 NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, char **path);
 NphStatus nph_scene_load_files(NphSceneReader *reader);
+/* A file's own failure is noted at its place, and the next one is tried; what concerns the run ends it. */
+NphStatus nph_scene_note(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphStatus status);
+
+/* scene_surfaces.c: meshes, and when all are there the hierarchy over them. */
+NphStatus nph_scene_load_meshes(NphSceneReader *reader);
+NphStatus nph_scene_build_surfaces(NphContext *context, NphScene *scene);
 
 /* affine.c */
 int nph_vector_normalise(const double vector[3], double unit[3]); /* 0 for length 0 */
