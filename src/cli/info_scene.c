@@ -53,6 +53,19 @@ static void tell_light(Facts *facts, const NphLight *light) {
     facts_end(facts);
 }
 
+static void tell_surface(Facts *facts, const NphSurface *surface) {
+    facts_item(facts, surface->name ? surface->name : "surface");
+    facts_text(facts, "shape", surface->is_plane ? "plane" : "mesh");
+    facts_numbers(facts, "albedo", 3, surface->albedo);
+    if (surface->is_plane) facts_number(facts, "height_m", surface->height_m);
+    else {
+        facts_integer(facts, "triangles", surface->mesh.triangle_count);
+        facts_integer(facts, "dropped", surface->mesh.dropped);
+        facts_number(facts, "area_m2", surface->mesh.area_m2);
+    }
+    facts_end(facts);
+}
+
 NphStatus info_scene(Info *info) {
     Facts *facts = &info->facts;
     NphScene *scene = NULL;
@@ -72,6 +85,9 @@ NphStatus info_scene(Info *info) {
     facts_end(facts);
     facts_list(facts, "lights");
     for (int i = 0; i < scene->light_count; i++) tell_light(facts, &scene->lights[i]);
+    facts_end(facts);
+    facts_list(facts, "surfaces");
+    for (int i = 0; i < scene->surface_count; i++) tell_surface(facts, &scene->surfaces[i]);
     facts_end(facts);
     nph_scene_free(info->context, scene);
     return NPH_OK;

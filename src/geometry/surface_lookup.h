@@ -99,7 +99,7 @@ typedef struct RPlane {
 } RPlane;
 
 /* From a point of the plane and its normal (any length) in world space, and the origin of scene-local space. */
-static inline RPlane r_plane(const double point[3], const double normal[3], const double origin[3]) {
+static inline RPlane r_plane_through(const double point[3], const double normal[3], const double origin[3]) {
     RPlane plane;
     double n[3] = {normal[0], normal[1], normal[2]}, level = 0.0;
     r_unit(n);

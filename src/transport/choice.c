@@ -50,6 +50,10 @@ void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoi
         if (!is_grey(medium->extinction_per_m) || !is_grey(medium->albedo)) choice->channels = 3;
         if (!is_black(medium->albedo)) choice->scatters = 1;
     }
+    for (int s = 0; s < scene->surface_count; s++) {
+        if (!is_grey(scene->surfaces[s].albedo)) choice->channels = 3;
+        if (plan_full || !is_black(scene->surfaces[s].albedo)) choice->reflects = 1;
+    }
     if (plan_full) {
         choice->channels = 3;
         choice->scatters = 1;
@@ -64,10 +68,10 @@ void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoi
 
 static NphStatus plan_omissions(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, NphPlan *plan) {
     if (choice->film_channels == 1)
-        NPH_TRY(nph_plan_add(context, plan, "left out", "channels", 0, "2 of 3: media and lights are grey"));
+        NPH_TRY(nph_plan_add(context, plan, "left out", "channels", 0, "2 of 3: media, surfaces and lights are grey"));
     else if (choice->channels == 1)
         NPH_TRY(nph_plan_add(context, plan, "left out", "transport channels", 0,
-                             "2 of 3: media are grey, only the lights have a colour"));
+                             "2 of 3: media and surfaces are grey, only the lights have a colour"));
     for (int m = 0; m < scene->medium_count; m++)
         if (!choice->used[m])
             NPH_TRY(nph_plan_add(context, plan, "left out", scene->media[m].name, 0, "medium: it has no extinction"));
@@ -79,6 +83,8 @@ static NphStatus plan_omissions(NphContext *context, const NphScene *scene, cons
     for (int l = 0; l < scene->light_count; l++)
         if (!choice->sampled[l] && scene->lights[l].kind != NPH_LIGHT_CONSTANT)
             NPH_TRY(nph_plan_add(context, plan, "left out", "light sample", 0, "of %s: it is black", scene->lights[l].name));
+    if (scene->surface_count == 0)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "surfaces", 0, "there are none: no ray is tested against them"));
     if (scene->light_count == 0)
         NPH_TRY(nph_plan_add(context, plan, "warning", "lights", 0, "there are none: the picture will be black"));
     return NPH_OK;
@@ -95,5 +101,11 @@ NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const N
             uint64_t texels = (uint64_t)scene->lights[l].map.width * (uint64_t)scene->lights[l].map.height;
             NPH_TRY(nph_plan_add(context, plan, "memory", scene->lights[l].name, texels * 20, "environment and its tables"));
         }
+    const NphBvh *bvh = &scene->bvh;
+    uint64_t vertices = (uint64_t)bvh->vertex_count, triangles = (uint64_t)bvh->triangle_count;
+    uint64_t nodes = (uint64_t)bvh->node_count * sizeof *bvh->nodes;
+    if (triangles > 0) /* the meshes themselves and the hierarchy's copies of them */
+        NPH_TRY(nph_plan_add(context, plan, "memory", "surfaces", vertices * 60 + triangles * 36 + nodes,
+                             "%llu triangles and the hierarchy over them", (unsigned long long)triangles));
     return NPH_OK;
 }

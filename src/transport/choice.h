@@ -8,11 +8,12 @@
 
 /* Only what the scene requires; with plan_full everything. */
 typedef struct NphTransportChoice {
-    int channels;                 /* of transport: 1 when every medium is grey, else 3 */
+    int channels;                 /* of transport: 1 when media and surfaces are grey, else 3 */
     int film_channels;            /* 1 when the lights are grey too */
     int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex: all that are not constant or black */
     int used[NPH_MAX_MEDIA];      /* media that can change the picture */
     int scatters;                 /* some medium has an albedo above 0 */
+    int reflects;                 /* some surface has */
 } NphTransportChoice;
 void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoice *choice);
 

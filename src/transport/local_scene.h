@@ -11,6 +11,8 @@
 #include "core/philox.h"
 #include "core/real.h"
 #include "field/lookup.h"
+#include "geometry/lambert_lookup.h"
+#include "geometry/surface_lookup.h"
 #include "light/light_lookup.h"
 #include "optics/phase_lookup.h"
 #include "scene/model.h"
@@ -56,6 +58,17 @@ typedef struct RLight {
     REnvironment map;
 } RLight;
 
+/* Meshes (in one hierarchy) and planes; surface: place in albedo, in the order of the scene. */
+typedef struct RSurfaces {
+    int count, plane_count;
+    RBvh bvh;
+    const int32_t *mesh_first;
+    int mesh_surface[NPH_MAX_SURFACES], plane_surface[NPH_MAX_SURFACES];
+    RPlane planes[NPH_MAX_SURFACES];
+    double height[NPH_MAX_SURFACES]; /* of the planes: scene-local z */
+    Real albedo[NPH_MAX_SURFACES][3];
+} RSurfaces;
+
 typedef struct RScene {
     int medium_count, light_count;
     int channels;              /* of transport: 1 when every medium is grey */
@@ -69,9 +82,10 @@ typedef struct RScene {
     Real guide_part, least_light, weight_unit; /* weight_unit: 1 over the weight of a camera ray */
     NphSensor sensor;          /* world space, f64 */
     double origin[3];          /* of scene-local space */
-    double bounds_lo[3], bounds_hi[3]; /* of all media, scene-local, f64; infinite where a layer has no end */
+    double bounds_lo[3], bounds_hi[3]; /* of all media and meshes, scene-local, f64; infinite where a layer has no end */
     RMedium media[NPH_MAX_MEDIA];
     RLight lights[NPH_MAX_LIGHTS];
+    RSurfaces surfaces;
 } RScene;
 
 /* Where a random stream stands: all of key and counter but the block. */

@@ -84,18 +84,44 @@ static inline void r_weigh_flights(const NphMedium *medium, double weighed, RMed
     for (int c = 0; c < 3; c++) out->albedo[c] = (Real)(medium->albedo[c] / collide);
 }
 
-/* The origin is the centre of the media's box, and the sensor's position along axes without end. */
-static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoice *choice, uint32_t seed, uint32_t frame,
-                                   RScene *out) {
-    memset(out, 0, sizeof *out);
+static inline void r_prepare_surfaces(const NphScene *scene, const double origin[3], RSurfaces *out) {
+    int meshes = 0;
+    out->count = scene->surface_count;
+    out->bvh = r_bvh(&scene->bvh);
+    out->mesh_first = scene->bvh.mesh_first;
+    for (int s = 0; s < scene->surface_count; s++) {
+        const NphSurface *surface = &scene->surfaces[s];
+        for (int c = 0; c < 3; c++) out->albedo[s][c] = (Real)surface->albedo[c];
+        if (surface->is_plane) {
+            double point[3] = {origin[0], origin[1], surface->height_m}, up[3] = {0.0, 0.0, 1.0};
+            out->height[out->plane_count] = surface->height_m - origin[2];
+            out->planes[out->plane_count] = r_plane_through(point, up, origin);
+            out->plane_surface[out->plane_count++] = s;
+        } else {
+            out->mesh_surface[meshes++] = s;
+        }
+    }
+}
+
+/* The box that camera rays are moved to. A layer fills x and y without end; planes are looked at by themselves. */
+static inline void r_prepare_bounds(const NphScene *scene, RScene *out) {
     double lo[3], hi[3];
+    int layers = 0;
+    for (int m = 0; m < scene->medium_count; m++) layers |= scene->media[m].shape == NPH_SHAPE_LAYER;
     nph_scene_bounds(scene, lo, hi);
     for (int a = 0; a < 3; a++) {
-        int bounded = lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END;
-        out->origin[a] = bounded ? 0.5 * lo[a] + 0.5 * hi[a] : scene->sensor.position[a];
+        int bounded = lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END && (a == 2 || !layers);
         out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] : -2.0 * R_NO_END;
         out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] : 2.0 * R_NO_END;
     }
+}
+
+static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoice *choice, uint32_t seed, uint32_t frame,
+                                   RScene *out) {
+    memset(out, 0, sizeof *out);
+    nph_scene_origin(scene, out->origin);
+    r_prepare_bounds(scene, out);
+    r_prepare_surfaces(scene, out->origin, &out->surfaces);
     out->channels = choice->channels;
     out->film_channels = choice->film_channels;
     out->width = scene->sensor.width;

@@ -125,7 +125,7 @@ void NPH_KERNEL(geometry_lambert)(const double n_[3], uint32_t seed, int64_t cou
 
 static RPlane plane_of(const double plane[6]) {
     const double origin[3] = {0, 0, 0};
-    return r_plane(plane, plane + 3, origin);
+    return r_plane_through(plane, plane + 3, origin);
 }
 
 double NPH_KERNEL(geometry_plane)(const double plane_[6], const double ray[6], double t_max) {

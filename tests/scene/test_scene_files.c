@@ -379,6 +379,77 @@ START_TEST(maps_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
 }
 END_TEST
 
+static void write_text(const char *name, const char *text) { write_bytes(name, text, strlen(text)); }
+
+/* One mesh in two formats, its vertices in two orders: two triangles over the unit square. */
+static const char square_obj[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+static const char square_ply[] =
+    "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n"
+    "property list uchar int vertex_indices\nend_header\n0 1 0\n1 1 0\n0 0 0\n1 0 0\n0 0 0\n3 2 3 1\n3 4 1 0\n";
+
+START_TEST(meshes_lie_where_their_transforms_say) {
+    NphContext *context = nph_test_context(1);
+    double lo[3], hi[3];
+    write_text("a.obj", square_obj);
+    write_text("a.ply", square_ply);
+    NphScene *scene = must_parse(context, HEAD
+        "surfaces:\n"
+        "- {mesh: a.obj, albedo: .25, transform: [{scale: [2, 4, 1]}, {translate: [10, 20, 30]}]}\n"
+        "- {plane: 28}\n"
+        "- {mesh: a.ply, name: door}\n");
+    const NphSurface *s = scene->surfaces;
+    ck_assert(!s[0].is_plane && s[1].is_plane && !s[2].is_plane && s[0].albedo[1] == .25);
+    ck_assert_str_eq(s[2].name, "door");
+    ck_assert(s[0].mesh.triangle_count == 2 && s[0].mesh.area_m2 == 8 && s[2].mesh.area_m2 == 1);
+    nph_scene_bounds(scene, lo, hi);
+    check3(lo, 0, 0, 0);
+    check3(hi, 12, 24, 30);
+    const NphBvh *bvh = &scene->bvh; /* planes are not in it */
+    check3(bvh->origin, 6, 12, 15);
+    ck_assert(bvh->mesh_count == 2 && bvh->mesh_first[1] == 2 && bvh->mesh_first[2] == 4 && bvh->vertex_count == 9);
+    check3(bvh->vertices, 4, 8, 15);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(the_digest_sees_the_triangles_of_a_mesh_and_not_its_format) {
+    NphContext *context = nph_test_context(1);
+    write_text("a.obj", square_obj);
+    write_text("a.ply", square_ply);
+    write_text("b.obj", "v 0 0 0\nv 1 0 0\nv 1 1 1e-9\nv 0 1 0\nf 1 2 3 4\n");
+    NphScene *obj = must_parse(context, HEAD "surfaces: [{mesh: a.obj}]\n");
+    NphScene *ply = must_parse(context, HEAD "surfaces: [{mesh: a.ply}]\n");
+    NphScene *other = must_parse(context, HEAD "surfaces: [{mesh: b.obj}]\n");
+    ck_assert(memcmp(obj->digest, ply->digest, 16) == 0);
+    ck_assert(memcmp(obj->digest, other->digest, 16) != 0);
+    nph_scene_free(context, obj);
+    nph_scene_free(context, ply);
+    nph_scene_free(context, other);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(meshes_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    write_text("a.obj", square_obj);
+    write_text("none.obj", "v 0 0 0\nv 1 0 0\nv 1 0 0\nf 1 2 3\n"); /* its only triangle has two equal corners */
+    write_text("bad.obj", "v 0 0 0\nf 1 2 3\n");
+    ck_assert_int_eq(parse(context, HEAD "surfaces:\n- {mesh: bad.obj}\n- {mesh: a.obj}\n- {mesh: none.obj}\n", &scene),
+                     NPH_BAD_INPUT);
+    const char *messages = nph_test_messages();
+    ck_assert_msg(strstr(messages, "s:4:10: this mesh cannot be used") != NULL, "%s", messages);
+    ck_assert_ptr_nonnull(strstr(messages, "bad.obj:2"));
+    ck_assert_ptr_nonnull(strstr(messages, "s:6:10: this mesh has no triangles"));
+    ck_assert_ptr_null(strstr(messages, "s:5:"));
+    ck_assert_int_eq(parse(context, HEAD "surfaces:\n- {mesh: a.obj, transform: [{translate: [0, 1e12, 0]}]}\n", &scene),
+                     NPH_BAD_SCENE);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:10: after its transform this mesh reaches beyond 1e12 m along y"));
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(files_are_looked_up_beside_the_scene) {
     NphContext *context = nph_test_context(1);
     write_npy(context, "a.npy", -1, 0);
@@ -398,9 +469,12 @@ START_TEST(any_allocation_that_fails_while_files_load_is_reported_and_nothing_le
     write_npy(outer, "a.npy", -1, 0);
     static const char les[] = "#\n2,3,2\n0.5,0.25\n1.0,1.5\nx,y,z,lwc,reff\n0,0,0,0.2,10\n1,2,1,0.4,10\n";
     write_bytes("les.txt", les, sizeof les - 1);
+    write_text("a.obj", square_obj);
+    write_text("a.ply", square_ply);
     char text[3000];
     snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
              "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n"
+             "surfaces: [{mesh: a.obj}, {plane: 0}, {mesh: a.ply}]\n"
              "lights:\n- {type: environment, file: %s}\n", nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"),
              nph_test_path(SUNSET "zip.exr"));
     for (uint64_t n = 1;; n++) {
@@ -438,6 +512,9 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, an_environment_map_is_scaled_and_turned_as_the_scene_says);
     tcase_add_test(cases, the_digest_sees_the_pixels_of_a_map_and_not_their_compression);
     tcase_add_test(cases, maps_that_cannot_be_used_are_named_with_their_place_in_the_scene);
+    tcase_add_test(cases, meshes_lie_where_their_transforms_say);
+    tcase_add_test(cases, the_digest_sees_the_triangles_of_a_mesh_and_not_its_format);
+    tcase_add_test(cases, meshes_that_cannot_be_used_are_named_with_their_place_in_the_scene);
     tcase_add_test(cases, files_are_looked_up_beside_the_scene);
     tcase_add_test(cases, any_allocation_that_fails_while_files_load_is_reported_and_nothing_leaks);
 }

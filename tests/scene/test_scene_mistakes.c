@@ -37,7 +37,7 @@ static const Wrong wrong[] = {
     {HEAD "---\nnephos: 1\n", 3, 1, "second document", 1},
     {HEAD "lihgts: []\n", 3, 1, "unknown key 'lihgts' in the scene; did you mean 'lights'?", 1},
     {HEAD "albedo: 1\n", 3, 1, "it belongs to a medium", 1},
-    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, media, lights, render", 1},
+    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, media, lights, surfaces, render", 1},
     {HEAD "render: {}\nrender: {}\n", 4, 1, "render is given twice; first in line 3", 1},
     {HEAD "<<: {a: 1}\n", 3, 1, "merge keys", 1},
     {HEAD "[1, 2]: 3\n", 3, 1, "a key of the scene is a list", 1},
@@ -132,6 +132,21 @@ static const Wrong wrong[] = {
      87, "not within the picture", 1},
     {"nephos: 1\ncamera: {resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0], fov: 3, crop: [-1, 0, 2, 3]}\n", 2,
      88, "crop is '-1'; allowed: 0 to 65536", 1},
+
+    /* surfaces */
+    {HEAD "surfaces: [3]\n", 3, 12, "a surface: '3' where a mapping", 1},
+    {HEAD "surfaces:\n  - {albedo: 1}\n", 4, 5, "a surface lacks mesh with transform, or plane", 1},
+    {HEAD "surfaces:\n  - {plane: 0, mesh: a.obj}\n", 4, 13, "mesh and plane exclude each other", 1},
+    {HEAD "surfaces:\n  - {plane: 0, transform: []}\n", 4, 13, "transform and plane exclude each other", 1},
+    {HEAD "surfaces:\n  - {transform: []}\n", 4, 5, "transform is given without mesh", 1},
+    {HEAD "surfaces:\n  - {plane: 2e12}\n", 4, 13, "plane is '2e12'; allowed: -1e12 to 1e12 m", 1},
+    {HEAD "surfaces:\n  - {plane: [0, 0, 1]}\n", 4, 13, "plane is a list; expected a number", 1},
+    {HEAD "surfaces:\n  - {plane: 0, albedo: 1.5}\n", 4, 24, "albedo is '1.5'; allowed: 0 to 1", 1},
+    {HEAD "surfaces:\n  - {plane: 0, albedo: [1, 0]}\n", 4, 24, "albedo has 2 entries", 1},
+    {HEAD "surfaces:\n  - {plane: 0, color: 1}\n", 4, 16, "unknown key 'color' in a surface; allowed: name, mesh, transform, plane, albedo", 1},
+    {HEAD "surfaces:\n  - {name: a, plane: 0}\n  - {name: a, plane: 1}\n", 5, 12, "the name 'a' is taken by surface number 0", 1},
+    {HEAD "surfaces:\n  - {mesh: a.stl}\n", 4, 12, "mesh: 'a.stl' ends in none of .obj, .ply", 2},
+    {HEAD "surfaces:\n  - {mesh: a.stl, transform: [{scale: 0}]}\n", 4, 39, "scale has a factor 0", 3},
 
     /* media: shape and coefficients */
     {HEAD "media:\n  - extinction: 1\n", 4, 5, "a medium lacks density, or box, or layer", 1},

@@ -121,6 +121,27 @@ START_TEST(the_lights_and_the_run_are_what_the_scene_writes) {
 }
 END_TEST
 
+START_TEST(planes_are_what_the_scene_writes) {
+    NphContext *context = nph_test_context(1);
+    double lo[3], hi[3], origin[3];
+    NphScene *scene = parse(context, HEAD "surfaces:\n- {name: ground, plane: -2.5, albedo: [.1, .2, .3]}\n- plane: 7.5\n");
+    ck_assert_int_eq(scene->surface_count, 2);
+    const NphSurface *s = scene->surfaces;
+    ck_assert_str_eq(s[0].name, "ground");
+    ck_assert_str_eq(s[1].name, "surface1");
+    ck_assert(s[0].is_plane && s[0].height_m == -2.5 && s[1].is_plane && s[1].height_m == 7.5);
+    check3(s[0].albedo, .1, .2, .3);
+    check3(s[1].albedo, .5, .5, .5);
+    ck_assert_ptr_null(scene->bvh.nodes);
+    nph_scene_bounds(scene, lo, hi);
+    ck_assert(lo[0] > hi[0] && lo[1] > hi[1] && lo[2] == -2.5 && hi[2] == 7.5);
+    nph_scene_origin(scene, origin);
+    check3(origin, 0, -4, 2.5); /* the sensor's position along the plane */
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(left_out_keys_take_their_defaults) {
     NphContext *context = nph_test_context(1);
     NphScene *scene = parse(context, HEAD "media: []\nlights:\n- {type: constant, radiance: 1}\n");
@@ -308,15 +329,21 @@ static const char darker[] = HEAD BOX "  albedo: 0.5\n" SUN;
 static const char larger[] = HEAD BOX "  transform: [{scale: 2}]\n" SUN;
 static const char unlit[] = HEAD BOX;
 static const char empty[] = HEAD SUN;
+static const char ground[] = PLAIN "surfaces: [{plane: 0}]\n";
+static const char no_surfaces[] = PLAIN "surfaces: []\n";
 static const char wider[] =
     "nephos: 1\ncamera: {resolution: [4, 3], position: [0, -4, 0], look_at: [0, 0, 0], fov: 36}\n" BOX SUN;
 
 START_TEST(the_digest_sees_values_and_not_how_they_are_written) {
     NphContext *context = nph_test_context(1);
-    static const char *const alike[] = {commented, marked, framed, reordered, json, aliases};
-    static const char *const unlike[] = {brighter, darker, larger, unlit, empty, wider};
+    static const char *const alike[] = {commented, marked, framed, reordered, json, aliases, no_surfaces};
+    static const char *const unlike[] = {brighter, darker, larger, unlit, empty, wider, ground};
     for (size_t i = 0; i < sizeof alike / sizeof alike[0]; i++) check_same_digest(context, PLAIN, alike[i], 1);
     for (size_t i = 0; i < sizeof unlike / sizeof unlike[0]; i++) check_same_digest(context, PLAIN, unlike[i], 0);
+    check_same_digest(context, ground, PLAIN "surfaces: [{name: g, albedo: .5, plane: 0.0}]\n", 1);
+    check_same_digest(context, ground, PLAIN "surfaces: [{plane: 1}]\n", 0);
+    check_same_digest(context, ground, PLAIN "surfaces: [{plane: 0, albedo: 0.4}]\n", 0);
+    check_same_digest(context, ground, PLAIN "surfaces: [{plane: 0}, {plane: 0}]\n", 0);
     nph_test_context_close(context);
 }
 END_TEST
@@ -376,6 +403,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, the_camera_is_what_the_scene_writes);
     tcase_add_test(cases, the_media_are_what_the_scene_writes);
     tcase_add_test(cases, the_lights_and_the_run_are_what_the_scene_writes);
+    tcase_add_test(cases, planes_are_what_the_scene_writes);
     tcase_add_test(cases, left_out_keys_take_their_defaults);
     tcase_add_test(cases, the_frame_is_orthonormal_and_the_field_of_view_is_that_of_the_shorter_side);
     tcase_add_test(cases, directions_far_from_unit_length_are_normalised_without_loss);
