@@ -14,13 +14,14 @@ typedef NphStatus (*InfoFn)(Info *info);
 static NphStatus tell(Info *info, int as_json) {
     static const InfoFn functions[NPH_FILE_KINDS] = {
         [NPH_FILE_EXR] = info_exr, [NPH_FILE_NVDB] = info_nvdb, [NPH_FILE_VDB] = info_vdb, [NPH_FILE_NPY] = info_npy,
-        [NPH_FILE_VOL] = info_vol, [NPH_FILE_PBRT] = info_pbrt, [NPH_FILE_LES] = info_les, [NPH_FILE_PART] = info_part, [NPH_FILE_SCENE] = info_scene,
+        [NPH_FILE_VOL] = info_vol, [NPH_FILE_PBRT] = info_pbrt, [NPH_FILE_LES] = info_les, [NPH_FILE_PHASE] = info_phase, [NPH_FILE_PART] = info_part, [NPH_FILE_SCENE] = info_scene,
     };
     NphFileKind kind = NPH_FILE_UNKNOWN;
     NPH_TRY(nph_file_kind(info->context, info->path, &kind));
     if (!functions[kind])
         return nph_error(info->context, NPH_BAD_INPUT,
-                         "%s: this is %s; info reads OpenEXR, .nvdb, .vdb, .npy, .vol, .pbrt, LES text, part files and scenes",
+                         "%s: this is %s; info reads OpenEXR, .nvdb, .vdb, .npy, .vol, .pbrt, LES text, phase"
+                         " tables, part files and scenes",
                          info->path, nph_file_kind_name(kind));
     if (facts_begin(&info->facts, as_json) != NPH_OK) return nph_error(info->context, NPH_NO_MEMORY, "no memory");
     facts_text(&info->facts, "file", info->path);
@@ -50,7 +51,7 @@ const Command command_info = {
     .summary = "what a volume, picture, part file or scene holds",
     .before = "Tells format, size, range, mean, active part, transform and the optical depth along the axes of a volume\n"
               "(.nvdb, .vdb, .npy, .vol, .pbrt, LES text); channels, attributes and noise of a picture (OpenEXR) or part file;\n"
-              "sensor, media and lights of a scene. The kind is told from the contents, not from the name.\n",
+              "mean cosine, peak and back part of a table of a phase function; sensor, media and lights of a scene. The kind is told from the contents, not from the name.\n",
     .examples = "  nephos info cloud.nvdb\n"
                 "  nephos info picture.exr --json\n",
     .files_min = 1,

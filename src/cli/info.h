@@ -21,6 +21,7 @@ NphStatus info_npy(Info *info);
 NphStatus info_vol(Info *info);
 NphStatus info_pbrt(Info *info);
 NphStatus info_les(Info *info);
+NphStatus info_phase(Info *info);
 NphStatus info_scene(Info *info);
 
 #endif

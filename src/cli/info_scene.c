@@ -21,7 +21,8 @@ static void tell_sensor(Facts *facts, const NphSensor *sensor) {
 
 static void tell_medium(Facts *facts, const NphMedium *medium) {
     static const char *const shapes[] = {"grid", "box", "layer"};
-    static const char *const phases[] = {"isotropic", "Henyey-Greenstein", "two-lobe Henyey-Greenstein", "Rayleigh"};
+    static const char *const phases[] = {"isotropic", "Henyey-Greenstein", "two-lobe Henyey-Greenstein", "Rayleigh",
+                                         "Draine", "tabulated"};
     facts_item(facts, medium->name ? medium->name : "medium");
     facts_text(facts, "shape", shapes[medium->shape]);
     facts_numbers(facts, "extinction_per_m", 3, medium->extinction_per_m);
@@ -30,6 +31,10 @@ static void tell_medium(Facts *facts, const NphMedium *medium) {
     if (medium->phase.kind == NPH_PHASE_HG) facts_number(facts, "g", medium->phase.g[0]);
     if (medium->phase.kind == NPH_PHASE_TWO_LOBE)
         facts_numbers(facts, "g1_g2_weight", 3, (double[]){medium->phase.g[0], medium->phase.g[1], medium->phase.weight});
+    if (medium->phase.kind == NPH_PHASE_DRAINE)
+        facts_numbers(facts, "g_alpha", 2, (double[]){medium->phase.g[0], medium->phase.alpha});
+    if (medium->phase.kind >= NPH_PHASE_DRAINE) facts_number(facts, "mean_cosine", nph_phase_mean_cosine(&medium->phase));
+    if (medium->phase.kind == NPH_PHASE_TABULATED) facts_number(facts, "peak_per_sr", nph_phase_peak(&medium->phase));
     if (medium->shape == NPH_SHAPE_GRID) {
         facts_integers(facts, "samples_xyz", 3, medium->grid.n);
         facts_number(facts, "density_min", medium->grid.min);

@@ -21,6 +21,7 @@
 #if NPH_PRECISION == 32
 typedef float Real;
 #define R(x) x##f
+#define NPH_REAL_ULP 0x1p-23f
 #define r_exp nph_expf
 #define r_expm1 nph_expm1f
 #define r_log nph_logf
@@ -36,6 +37,7 @@ typedef float Real;
 #else
 typedef double Real;
 #define R(x) x
+#define NPH_REAL_ULP 0x1p-52
 #define r_exp nph_exp
 #define r_expm1 nph_expm1
 #define r_log nph_log

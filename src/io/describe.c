@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Binary formats are told by their signature; the text formats by the first lines that are neither blank nor comment:
- * LES text begins with three whole numbers, pbrt with a directive, a scene with a mapping ("key:", "{"). */
+ * LES text begins with three whole numbers, a phase function with two numbers, pbrt with a directive, a scene with a mapping ("key:", "{"). */
 #include "io/describe.h"
 
 #include <string.h>
 
+#include "core/text.h"
 #include "io/file.h"
 
 static const struct {
@@ -37,6 +38,7 @@ static const char *const names[NPH_FILE_KINDS] = {
     [NPH_FILE_VOL] = "a Mitsuba grid volume (.vol)",
     [NPH_FILE_PBRT] = "a pbrt scene or medium (.pbrt)",
     [NPH_FILE_LES] = "a cloud as LES text",
+    [NPH_FILE_PHASE] = "a table of a phase function",
     [NPH_FILE_SCENE] = "a scene (YAML)",
     [NPH_FILE_PART] = "a part of a picture",
     [NPH_FILE_HDR] = "a Radiance picture (.hdr)",
@@ -80,6 +82,19 @@ static int is_three_sizes(const char *at, const char *end) {
     return at == end || *at == '\n' || *at == '\r' || *at == '#';
 }
 
+/* "angle value" or "angle,value", perhaps a comment, end of line. */
+static int is_two_numbers(const char *at, const char *end) {
+    for (int i = 0; i < 2; i++) {
+        const char *begin = at;
+        while (at < end && !is_blank(*at) && *at != ',' && *at != '\n' && *at != '\r' && *at != '#') at++;
+        if (!nph_is_decimal(begin, at)) return 0;
+        while (at < end && is_blank(*at)) at++;
+        if (i == 0 && at < end && *at == ',') at++;
+        while (at < end && is_blank(*at)) at++;
+    }
+    return at == end || *at == '\n' || *at == '\r' || *at == '#';
+}
+
 /* "{", or a plain or quoted key and a colon that is followed by a blank or the end of the line. */
 static int is_mapping(const char *at, const char *end) {
     if (at < end && *at == '{') return 1;
@@ -117,6 +132,7 @@ static NphFileKind kind_of_text(const char *at, const char *end) {
     if (begins(at, end, "\xef\xbb\xbf")) at += 3;
     at = skip_comments(at, end);
     if (is_three_sizes(at, end)) return NPH_FILE_LES;
+    if (is_two_numbers(at, end)) return NPH_FILE_PHASE;
     if (is_directive(at, end)) return NPH_FILE_PBRT;
     while (begins(at, end, "%YAML") || begins(at, end, "---")) {
         while (at < end && *at != '\n') at++;

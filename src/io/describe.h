@@ -22,6 +22,7 @@ typedef enum NphFileKind {
     NPH_FILE_VOL,   /* Mitsuba grid volume */
     NPH_FILE_PBRT,  /* text: a directive of pbrt comes first */
     NPH_FILE_LES,   /* text: comments, then a line of three sizes */
+    NPH_FILE_PHASE, /* text: comments, then a line of two numbers */
     NPH_FILE_SCENE, /* text: YAML or JSON whose first item is a mapping */
     NPH_FILE_PART,
     NPH_FILE_HDR,   /* Radiance picture and portable float map: not read, named so that messages can */

@@ -1,25 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Phase functions in kernels: value, sampling, and turning a direction. An angle is carried as cos, fall = 1 - cos and
- * rise = 1 + cos, so that neither peak loses digits; the asymmetry as |g| and rest = 1 - |g|, because a float 0.99999
- * has three digits left in 1 - g. Henyey-Greenstein [Henyey41] of g >= 0 (g < 0: fall and rise exchanged):
- *   p = rest (1 + g) / (4 pi D^(3/2)),  D = 1 + g^2 - 2 g cos = rest^2 + 2 g fall. */
+ * Phase functions in kernels: value, sampling, and turning a direction. */
 #ifndef NPH_OPTICS_PHASE_LOOKUP_H
 #define NPH_OPTICS_PHASE_LOOKUP_H
 
-#include "core/real.h"
+#include "optics/draine_lookup.h"
 #include "optics/phase.h"
+#include "optics/phase_table_lookup.h"
 
 typedef struct RPhase {
     int kind;          /* NphPhaseKind */
     Real g0, g1;
     Real rest0, rest1; /* 1 - |g|, rounded once */
     Real weight;
+    RDraine draine;
+    const NphPhaseHalf *half; /* of a table: two, from 0 degrees and from 180 */
 } RPhase;
-
-typedef struct RAngle {
-    Real cosine, fall, rise; /* cos, 1 - cos, 1 + cos of the scattering angle */
-} RAngle;
 
 static inline RPhase r_phase(const NphPhase *phase) {
     RPhase out;
@@ -29,37 +25,9 @@ static inline RPhase r_phase(const NphPhase *phase) {
     out.rest0 = (Real)(1.0 - nph_abs(phase->g[0]));
     out.rest1 = (Real)(1.0 - nph_abs(phase->g[1]));
     out.weight = (Real)phase->weight;
+    out.draine = r_draine(phase->g[0], phase->kind == NPH_PHASE_DRAINE ? phase->alpha : 0.0);
+    out.half = phase->table ? phase->table->half : NULL;
     return out;
-}
-
-/* The angle of a cosine: good where the cosine itself is. */
-static inline RAngle r_angle(Real cosine) {
-    RAngle angle = {cosine, R(1.0) - cosine, R(1.0) + cosine};
-    return angle;
-}
-
-static inline Real r_hg_value(Real g, Real rest, RAngle angle) {
-    Real near = g < R(0.0) ? angle.rise : angle.fall;
-    Real d = rest * rest + R(2.0) * (R(1.0) - rest) * near;
-    return rest * (R(2.0) - rest) * R(0.079577471545947668) / (d * r_sqrt(d));
-}
-
-/* The angle below whose cosine lies the part u of the distribution, without a singularity at g = 0: for g >= 0
- *   1 - cos = 2 (rest / s)^2 (1 - u) (1 + g u),  1 + cos = 2 ((1 + g) / s)^2 u (rest + g u),  s = rest + 2 g u. */
-static inline RAngle r_hg_sample(Real g, Real rest, Real u) {
-    int backward = g < R(0.0);
-    Real v = backward ? R(1.0) - u : u, w = backward ? u : R(1.0) - u, size = R(1.0) - rest;
-    Real inverse = R(1.0) / (rest + R(2.0) * size * v), a = rest * inverse, b = (R(2.0) - rest) * inverse;
-    Real near = R(2.0) * a * a * w * (R(1.0) + size * v), far = R(2.0) * b * b * v * (rest + size * v);
-    int front = near < far;
-    near = front ? near : R(2.0) - far; /* the smaller decides: it has the smaller error */
-    far = front ? R(2.0) - near : far;
-    Real cosine = front ? R(1.0) - near : far - R(1.0);
-    RAngle angle;
-    angle.cosine = backward ? -cosine : cosine;
-    angle.fall = backward ? far : near;
-    angle.rise = backward ? near : far;
-    return angle;
 }
 
 /* cos^3 + 3 cos = 8 u - 4 by Cardano's formula; then for the distance n = 1 - |cos| to the nearer pole one Newton step
@@ -86,6 +54,8 @@ static inline Real r_phase_at(const RPhase *phase, RAngle angle) {
                (R(1.0) - phase->weight) * r_hg_value(phase->g1, phase->rest1, angle);
     if (phase->kind == NPH_PHASE_RAYLEIGH) /* 1 + cos^2 = 2 - fall rise */
         return R(0.059683103659460751) * (R(2.0) - angle.fall * angle.rise);
+    if (phase->kind == NPH_PHASE_DRAINE) return r_draine_value(&phase->draine, phase->g0, phase->rest0, angle);
+    if (phase->kind == NPH_PHASE_TABULATED) return r_phase_table_value(phase->half, angle);
     return R(0.079577471545947668);
 }
 
@@ -94,6 +64,8 @@ static inline RAngle r_phase_angle(const RPhase *phase, Real u, Real lobe) {
     int second = phase->kind == NPH_PHASE_TWO_LOBE && !(lobe < phase->weight);
     if (phase->kind == NPH_PHASE_RAYLEIGH) return r_rayleigh_sample(u);
     if (phase->kind == NPH_PHASE_ISOTROPIC) return r_hg_sample(R(0.0), R(1.0), u);
+    if (phase->kind == NPH_PHASE_DRAINE) return r_draine_sample(&phase->draine, phase->g0, phase->rest0, u);
+    if (phase->kind == NPH_PHASE_TABULATED) return r_phase_table_sample(phase->half, u);
     return r_hg_sample(second ? phase->g1 : phase->g0, second ? phase->rest1 : phase->rest0, u);
 }
 

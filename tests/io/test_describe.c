@@ -31,10 +31,20 @@ START_TEST(les_text_begins_with_three_sizes) {
     ck_assert_int_eq(KIND("# a cloud\n32,37,26      # nx,ny,nz\n0.020,0.020 # dx\n"), NPH_FILE_LES);
     ck_assert_int_eq(KIND("# a cloud\n64 64 16\n0.055 0.055 0.438\n"), NPH_FILE_LES);
     ck_assert_int_eq(KIND("# one\r\n# two\r\n\r\n 4\t4  2 \r\n1 1 1 2\r\n"), NPH_FILE_LES);
-    ck_assert_int_eq(KIND("# numbers\n64 64\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("# numbers\n64 64 16 8\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("# numbers\n6.4 64 16\n"), NPH_FILE_UNKNOWN);
     ck_assert_int_eq(KIND("2  parameter LWC file\n 64 64 16\n"), NPH_FILE_UNKNOWN);
+}
+END_TEST
+
+START_TEST(phase_tables_begin_with_two_numbers) {
+    ck_assert_int_eq(KIND("# angle value\n    0.0   0.1712880E+04\n    0.1   0.17E+04\n"), NPH_FILE_PHASE);
+    ck_assert_int_eq(KIND("0,1\r\n180,1\r\n"), NPH_FILE_PHASE);
+    ck_assert_int_eq(KIND("\n0 , 1 # straight on"), NPH_FILE_PHASE);
+    ck_assert_int_eq(KIND("0\n180\n"), NPH_FILE_UNKNOWN);
+    ck_assert_int_eq(KIND("0 1 2.5\n"), NPH_FILE_UNKNOWN);
+    ck_assert_int_eq(KIND("0,,1\n"), NPH_FILE_UNKNOWN);
+    ck_assert_int_eq(KIND("0 x\n"), NPH_FILE_UNKNOWN);
 }
 END_TEST
 
@@ -107,6 +117,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, signatures_name_the_binary_formats);
     tcase_add_test(cases, les_text_begins_with_three_sizes);
+    tcase_add_test(cases, phase_tables_begin_with_two_numbers);
     tcase_add_test(cases, pbrt_files_begin_with_a_directive);
     tcase_add_test(cases, scenes_begin_with_a_mapping);
     tcase_add_test(cases, a_cut_that_falls_anywhere_is_no_trouble);
