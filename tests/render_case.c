@@ -68,6 +68,8 @@ double render_mean(const RenderCase *render, const char *name) {
 }
 
 double render_error(const RenderCase *render, const char *name) {
+    const NphChannel *own = nph_image_channel(&render->image, render_text("VarianceImage.%s", name));
+    if (own) return sqrt((double)own->pixels[0]);
     const NphChannel *channel = channel_of(render, render_text("Variance.%s", name));
     double sum = 0.0;
     int count = render->image.width * render->image.height;

@@ -22,7 +22,8 @@ void render_case(RenderCase *render, const char *yaml, const NphRenderOptions *o
 NphStatus render_try(RenderCase *render, const char *yaml, const NphRenderOptions *options, int threads);
 void render_free(RenderCase *render);
 
-/* Mean of a channel ("R") over the picture, and its standard error from Variance.*. */
+/* Mean of a channel ("R") over the picture, and its standard error from Variance.* (VarianceImage.* where pixels share
+ * samples). */
 double render_mean(const RenderCase *render, const char *channel);
 double render_error(const RenderCase *render, const char *channel);
 

@@ -23,12 +23,15 @@ NphStatus nph_film_set_text(NphContext *context, NphFilm *film, const char *name
 /* The picture: R G B A (A = 1 - mean transmittance over channels), Variance.R/G/B (of the mean), Vov.R/G/B (relative
  * variance of that variance), N (samples), Transmittance.R/G/B, Order.Y (radiance-weighted mean scattering order; 0
  * where there is no light), Z (mean distance of the first collision; 0 where there is none). Pixels without samples are 0
- * in every layer. Attributes: the film's texts, "samples", and "samples_least" when pixels differ in it. */
+ * in every layer. Where pixels share samples (light tracing, photon maps) also Variance8, Vov8, Variance64, Vov64,
+ * VarianceImage and VovImage (.R/G/B): of the mean of the 8 x 8 tile, the 64 x 64 tile and the image that hold a pixel.
+ * Attributes: the film's texts, "samples", and "samples_least" when pixels differ in it. */
 NphStatus nph_film_image(NphContext *context, const NphFilm *film, NphImage *image);
 
 /* Noise of the whole picture. relative_error: standard error of the mean luminance over the picture divided by that
  * mean (0 when black). relative_rmse: root of the mean over pixels of the luminance's variance of the mean, over the
- * mean luminance. Both over the pixels that have samples. Luminance: Rec. 709 weights; channels are taken as fully correlated (an upper bound). */
+ * mean luminance. Both over the pixels that have samples. Luminance: Rec. 709 weights; channels are taken as fully
+ * correlated (an upper bound). Where pixels share samples relative_error is the image's own. */
 typedef struct NphFilmNoise {
     double mean_luminance, relative_error, relative_rmse;
     int64_t samples_min, samples_max;

@@ -53,6 +53,7 @@ static void tell_image(Info *info, const NphImage *image) {
 static void tell_noise(Info *info, const NphImage *image) {
     static const double weights[3] = {0.2126, 0.7152, 0.0722}; /* Rec. 709 luminance */
     static const char *const names[2][3] = {{"R", "G", "B"}, {"Variance.R", "Variance.G", "Variance.B"}};
+    static const char *const own_names[3] = {"VarianceImage.R", "VarianceImage.G", "VarianceImage.B"};
     const NphChannel *planes[2][3];
     double mean = 0, variance = 0;
     int64_t count = (int64_t)image->width * image->height;
@@ -67,7 +68,13 @@ static void tell_noise(Info *info, const NphImage *image) {
         variance += deviation * deviation;
     }
     if (!(mean > 0)) return;
-    facts_number(&info->facts, "relative_error", sqrt(variance) / mean);
+    double error = sqrt(variance), own = 0;
+    for (int c = 0; c < 3; c++) { /* where pixels share samples the picture states the error of its mean */
+        const NphChannel *plane = nph_image_channel(image, own_names[c]);
+        own = plane && own >= 0 ? own + weights[c] * sqrt((double)plane->pixels[0]) : -1;
+    }
+    if (own >= 0) error = own * (double)count;
+    facts_number(&info->facts, "relative_error", error / mean);
     facts_number(&info->facts, "relative_rmse", sqrt(variance * (double)count) / mean);
 }
 

@@ -10,7 +10,7 @@
 #include "core/cpu.h"
 #include "core/memory.h"
 #include "core/message.h"
-#include "film/tree.h"
+#include "film/shared.h"
 #include "io/exr.h"
 #include "nephos/context.h"
 
@@ -103,6 +103,7 @@ void nph_film_free(NphContext *context, NphFilm *film) {
         nph_free(context, film->texts[i].name);
         nph_free(context, film->texts[i].text);
     }
+    nph_shared_free(context, film);
     nph_free(context, film->texts);
     nph_free(context, film->chunks);
     nph_free(context, film->nonfinite);
@@ -208,6 +209,7 @@ void nph_film_add_chunk(NphFilm *film, int64_t tile, int64_t chunk, int precisio
     double *carry = scratch;
     assert(chunk == film->chunk_begin + film->chunks[tile] && chunk < film->chunk_end);
     (precision == 32 ? film->chunk_f32 : film->chunk_f64)(samples, film->channels, carry);
+    if (film->sharing) nph_shared_add_tile(film, tile, precision, samples);
     if (!all_means_finite(carry, film->channels)) count_bad_samples(film, tile, chunk, precision, samples);
     NphNode nodes[NPH_MAX_NODES], node = {0, chunk};
     int count = nph_film_tile_nodes(film, tile, nodes);

@@ -51,6 +51,16 @@ uint64_t nph_film_forecast_bytes(int width, int height, const int crop[4], int c
  * first in order of y, x, sample. Allocates nothing. scratch: nph_film_scratch_bytes, aligned to 64. */
 void nph_film_add_chunk(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, void *scratch);
 
+/* Pixels share samples: sample s of all pixels is one image, independent of the other samples (light tracing, photon
+ * maps). Called once on a new film; the film then keeps the variance of the means of 8 x 8 tiles, 64 x 64 tiles and the
+ * image too. A chunk is added to every tile, then nph_film_end_chunk is called from one thread; after it, and before the
+ * next one, all tiles have as many samples. When it fails the film can only be freed. */
+NphStatus nph_film_share_samples(NphContext *context, NphFilm *film);
+void nph_film_end_chunk(NphFilm *film, int64_t chunk);
+/* Bytes on top of nph_film_forecast_bytes. */
+uint64_t nph_film_forecast_shared_bytes(int width, int height, const int crop[4], int channels, int64_t begin,
+                                        int64_t end);
+
 /* Samples of a tile so far. */
 int64_t nph_film_tile_samples(const NphFilm *film, int64_t tile);
 

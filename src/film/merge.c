@@ -69,6 +69,13 @@ static NphStatus check_alike(const Merge *merge, int i) {
     if (part->channels != first->channels)
         return nph_error(merge->context, NPH_BAD_INPUT, "%s: has %d channels, but %s has %d", merge->names[0],
                          first->channels, merge->names[i], part->channels);
+    if (nph_film_is_shared(part) != nph_film_is_shared(first))
+        return nph_error(merge->context, NPH_BAD_INPUT, "%s and %s: only in one of them pixels share samples",
+                         merge->names[0], merge->names[i]);
+    if (nph_film_is_shared(first) && memcmp(part->crop, first->crop, sizeof part->crop) != 0)
+        return nph_error(merge->context, NPH_BAD_INPUT,
+                         "%s and %s: their pixels share samples, so they merge by samples only, but their crops differ",
+                         merge->names[0], merge->names[i]);
     for (int t = 0; t < first->text_count; t++) {
         const char *other = nph_film_text(part, first->texts[t].name);
         if (!other || strcmp(other, first->texts[t].text) != 0) return refuse_text(merge, i, &first->texts[t], other);
@@ -315,6 +322,21 @@ static void sort_by_sample(Merge *merge) {
     }
 }
 
+static NphStatus run_merge(Merge *merge, NphFilm **film);
+
+/* The regions' means are films too. */
+static NphStatus merge_level(const Merge *merge, int level, NphFilm **film) {
+    NphFilm **levels = NULL;
+    NPH_TRY(NPH_NEW(merge->context, merge->count, "parts", &levels));
+    for (int i = 0; i < merge->count; i++) levels[i] = merge->parts[i]->regions[level];
+    Merge coarse = {.context = merge->context, .count = merge->count, .parts = levels, .names = merge->names};
+    NphStatus status = run_merge(&coarse, film);
+    nph_free(merge->context, coarse.order);
+    nph_free(merge->context, coarse.active);
+    nph_free(merge->context, levels);
+    return status;
+}
+
 static NphStatus run_merge(Merge *merge, NphFilm **film) {
     NphFilm *made = NULL;
     NPH_TRY(check_parts(merge));
@@ -323,6 +345,8 @@ static NphStatus run_merge(Merge *merge, NphFilm **film) {
     sort_by_sample(merge);
     NPH_TRY(nph_film_make(merge->context, &merge->layout, &made));
     NphStatus status = merge_into(merge, made);
+    for (int level = 0; level < NPH_REGION_LEVELS && nph_film_is_shared(merge->parts[0]); level++)
+        if (status == NPH_OK) status = merge_level(merge, level, &made->regions[level]);
     if (status != NPH_OK) {
         nph_film_free(merge->context, made);
         return status;

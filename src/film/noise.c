@@ -4,7 +4,8 @@
  *
  * Pixels are independent, their channels are not: with s_c the standard error of a channel's mean, that of a pixel's
  * luminance is at most s = sum w_c s_c. Over the P pixels that have samples:
- *   relative_error = sqrt(sum s^2) / P / mean,   relative_rmse = sqrt(sum s^2 / P) / mean. */
+ *   relative_error = sqrt(sum s^2) / P / mean,   relative_rmse = sqrt(sum s^2 / P) / mean.
+ * Where pixels share samples they are not independent: relative_error is then that of the image's own mean. */
 #include <math.h>
 
 #include "core/float_state.h"
@@ -51,6 +52,17 @@ static void add_tile(const NphFilm *film, int64_t tile, Sums *sums) {
     sums->pixels += own.pixels;
 }
 
+/* Standard error of the mean of the picture, its samples being whole images. */
+static double image_error(const NphFilm *film) {
+    const NphFilm *image = film->regions[NPH_REGION_LEVELS - 1];
+    double moments[NPH_MOMENTS][NPH_TILE_PIXELS] = {{0}}, error = 0.0, n = (double)nph_film_tile_samples(image, 0);
+    for (int c = 0; c < film->channels; c++) {
+        nph_tree_fold_moments(image, 0, c, moments);
+        error += (film->channels == 1 ? 1 : nph_luminance_weights[c]) * sqrt(nph_film_variance_of_mean(moments[1][0], n));
+    }
+    return error;
+}
+
 void nph_film_noise(const NphFilm *film, NphFilmNoise *noise) {
     NphFloatState state;
     NphFilmNoise made = {0};
@@ -60,7 +72,8 @@ void nph_film_noise(const NphFilm *film, NphFilmNoise *noise) {
         if (nph_film_tile_samples(film, tile) > 0) add_tile(film, tile, &sums);
     if (sums.pixels > 0) made.mean_luminance = sums.luminance / sums.pixels;
     if (made.mean_luminance != 0) {
-        made.relative_error = sqrt(sums.variance) / sums.pixels / made.mean_luminance;
+        double error = nph_film_is_shared(film) ? image_error(film) : sqrt(sums.variance) / sums.pixels;
+        made.relative_error = error / made.mean_luminance;
         made.relative_rmse = sqrt(sums.variance / sums.pixels) / made.mean_luminance;
     }
     nph_float_state_leave(&state);

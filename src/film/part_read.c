@@ -9,7 +9,7 @@
 #include "core/memory.h"
 #include "core/message.h"
 #include "film/part.h"
-#include "film/tree.h"
+#include "film/shared.h"
 #include "io/file.h"
 
 typedef struct Input {
@@ -18,6 +18,7 @@ typedef struct Input {
     const uint8_t *bytes;
     uint64_t size;
     NphFilm layout;
+    int shared; /* pixels share samples */
     uint64_t text_count, text_bytes, tiles_at, nodes_at, digest_at;
 } Input;
 
@@ -39,9 +40,11 @@ static NphStatus bad(const Input *in, uint64_t at, const char *what) {
 
 static NphStatus check_picture(Input *in) {
     const int limit = NPH_FILM_MAX_SIZE;
-    int crop[4], channels = (int)get_up_to(in, NPH_PART_CHANNELS, 4, 3);
+    int crop[4], channels = (int)get_up_to(in, NPH_PART_CHANNELS, 2, 3);
     int width = (int)get_up_to(in, NPH_PART_WIDTH, 4, limit), height = (int)get_up_to(in, NPH_PART_HEIGHT, 4, limit);
     if (channels != 1 && channels != 3) return bad(in, NPH_PART_CHANNELS, "the number of channels is neither 1 nor 3");
+    in->shared = (int)get_up_to(in, NPH_PART_SHARED, 2, 1);
+    if (in->shared > 1) return bad(in, NPH_PART_SHARED, "whether pixels share samples is neither 0 nor 1");
     if (width < 1 || width > limit) return bad(in, NPH_PART_WIDTH, "the width is not in 1 to 16777216");
     if (height < 1 || height > limit) return bad(in, NPH_PART_HEIGHT, "the height is not in 1 to 16777216");
     for (int i = 0; i < 4; i++) crop[i] = (int)get_up_to(in, (uint64_t)NPH_PART_CROP + 4 * (uint64_t)i, 4, limit);
@@ -101,6 +104,32 @@ static NphStatus check_tile(const Input *in, int64_t tile, uint64_t at) {
     return none || some ? NPH_OK : bad(in, at + 16, "the sample named as not finite is not in its tile");
 }
 
+/* Bytes of the nodes of a tile with so many chunks. */
+static uint64_t tile_bytes(const NphFilm *film, int64_t tile, int nodes) {
+    int origin[2], inside[4];
+    nph_film_tile_rect(film, tile, origin, inside);
+    return 8 * (uint64_t)nodes * (uint64_t)film->values * (uint64_t)((inside[2] - inside[0]) * (inside[3] - inside[1]));
+}
+
+/* Where pixels share samples all tiles have as many, and the nodes of the regions' means follow. */
+static NphStatus check_regions(const Input *in, uint64_t *at) {
+    const NphFilm *film = &in->layout;
+    for (int64_t tile = 1; tile < film->tile_count; tile++) {
+        uint64_t entry = in->tiles_at + (uint64_t)tile * NPH_PART_TILE_BYTES;
+        if (get(in, entry, 8) != get(in, in->tiles_at, 8))
+            return bad(in, entry, "pixels share samples, but the tiles have unequal numbers of them");
+    }
+    NphNode nodes[NPH_MAX_NODES];
+    int count = nph_tree_nodes(film->chunk_begin, film->chunk_begin + (int64_t)get(in, in->tiles_at, 8), nodes);
+    for (int level = 0; level < NPH_REGION_LEVELS; level++) {
+        NphFilm coarse;
+        nph_shared_lay_out(film, level, &coarse);
+        for (int64_t tile = 0; tile < coarse.tile_count; tile++) *at += tile_bytes(&coarse, tile, count);
+    }
+    if (*at > in->digest_at) return bad(in, in->tiles_at, "the nodes of the regions' means are larger than the file");
+    return NPH_OK;
+}
+
 /* Checks the tiles; their nodes must fill the file up to its digest. */
 static NphStatus check_tiles(Input *in) {
     NphFilm *film = &in->layout;
@@ -110,14 +139,12 @@ static NphStatus check_tiles(Input *in) {
         uint64_t entry = in->tiles_at + (uint64_t)tile * NPH_PART_TILE_BYTES;
         NPH_TRY(check_tile(in, tile, entry));
         NphNode nodes[NPH_MAX_NODES];
-        int origin[2], inside[4],
-            count = nph_tree_nodes(film->chunk_begin, film->chunk_begin + (int64_t)get(in, entry, 8), nodes);
-        nph_film_tile_rect(film, tile, origin, inside);
+        int count = nph_tree_nodes(film->chunk_begin, film->chunk_begin + (int64_t)get(in, entry, 8), nodes);
         if (count > film->slots) film->slots = count;
-        at += 8 * (uint64_t)count * (uint64_t)film->values *
-              (uint64_t)((inside[2] - inside[0]) * (inside[3] - inside[1]));
+        at += tile_bytes(film, tile, count);
         if (at > in->digest_at) return bad(in, entry, "from this tile on, the nodes are larger than the file");
     }
+    if (in->shared) NPH_TRY(check_regions(in, &at));
     return at == in->digest_at ? NPH_OK : bad(in, at, "bytes between the last node and the digest");
 }
 
@@ -169,13 +196,16 @@ static NphStatus read_texts(const Input *in, NphFilm *film) {
     return NPH_OK;
 }
 
-static void read_tile(const Input *in, NphFilm *film, int64_t tile, uint64_t *at) {
+static void read_tile(const Input *in, NphFilm *film, int64_t tile) {
     uint64_t entry = in->tiles_at + (uint64_t)tile * NPH_PART_TILE_BYTES;
-    NphNode nodes[NPH_MAX_NODES];
-    int origin[2], inside[4];
     film->chunks[tile] = (int64_t)get(in, entry, 8);
     film->nonfinite[tile] = (NphNonfinite){(int64_t)get(in, entry + 8, 8), (int)get(in, entry + 16, 4),
                                            (int)get(in, entry + 20, 4), (int64_t)get(in, entry + 24, 8)};
+}
+
+static void read_nodes(const Input *in, NphFilm *film, int64_t tile, uint64_t *at) {
+    NphNode nodes[NPH_MAX_NODES];
+    int origin[2], inside[4];
     nph_film_tile_rect(film, tile, origin, inside);
     int count = nph_film_tile_nodes(film, tile, nodes);
     for (int plane = 0; plane < count * film->values; plane++)
@@ -187,17 +217,30 @@ static void read_tile(const Input *in, NphFilm *film, int64_t tile, uint64_t *at
             }
 }
 
+static void read_regions(const Input *in, NphFilm *film, uint64_t *at) {
+    for (int level = 0; level < NPH_REGION_LEVELS; level++) {
+        NphFilm *coarse = film->regions[level];
+        for (int64_t tile = 0; tile < coarse->tile_count; tile++) {
+            coarse->chunks[tile] = film->chunks[0];
+            read_nodes(in, coarse, tile, at);
+        }
+    }
+}
+
 static NphStatus read_film(Input *in, NphFilm **film) {
     NphFilm *made = NULL;
     NPH_TRY(check_file(in));
     NPH_TRY(nph_film_make(in->context, &in->layout, &made));
     NphStatus status = read_texts(in, made);
+    if (status == NPH_OK && in->shared) status = nph_shared_make(in->context, made);
     if (status != NPH_OK) {
         nph_film_free(in->context, made);
         return status;
     }
     uint64_t at = in->nodes_at;
-    for (int64_t tile = 0; tile < made->tile_count; tile++) read_tile(in, made, tile, &at);
+    for (int64_t tile = 0; tile < made->tile_count; tile++) read_tile(in, made, tile);
+    for (int64_t tile = 0; tile < made->tile_count; tile++) read_nodes(in, made, tile, &at);
+    if (in->shared) read_regions(in, made, &at);
     *film = made;
     return NPH_OK;
 }

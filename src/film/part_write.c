@@ -49,7 +49,7 @@ static uint64_t text_section_bytes(const NphFilm *film) {
     return (bytes + 7) / 8 * 8;
 }
 
-static uint64_t payload_bytes(const NphFilm *film) {
+static uint64_t node_bytes(const NphFilm *film) {
     uint64_t doubles = 0;
     for (int64_t tile = 0; tile < film->tile_count; tile++) {
         NphNode nodes[NPH_MAX_NODES];
@@ -61,10 +61,18 @@ static uint64_t payload_bytes(const NphFilm *film) {
     return 8 * doubles;
 }
 
+static uint64_t payload_bytes(const NphFilm *film) {
+    uint64_t bytes = node_bytes(film);
+    for (int level = 0; level < NPH_REGION_LEVELS && nph_film_is_shared(film); level++)
+        bytes += node_bytes(film->regions[level]);
+    return bytes;
+}
+
 static void put_header(Output *out, const NphFilm *film) {
     uint64_t texts = text_section_bytes(film);
     put_bytes(out, NPH_PART_MAGIC, 8);
-    put(out, (uint64_t)film->channels, 4);
+    put(out, (uint64_t)film->channels, 2);
+    put(out, (uint64_t)nph_film_is_shared(film), 2);
     put(out, (uint64_t)film->text_count, 4);
     put(out, (uint64_t)film->width, 4);
     put(out, (uint64_t)film->height, 4);
@@ -101,7 +109,7 @@ static void put_tile(Output *out, const NphFilm *film, int64_t tile) {
     put(out, (uint64_t)bad->sample, 8);
 }
 
-static void put_nodes(Output *out, const NphFilm *film, int64_t tile) {
+static void put_tile_nodes(Output *out, const NphFilm *film, int64_t tile) {
     NphNode nodes[NPH_MAX_NODES];
     int origin[2], inside[4], count = nph_film_tile_nodes(film, tile, nodes);
     nph_film_tile_rect(film, tile, origin, inside);
@@ -112,6 +120,10 @@ static void put_nodes(Output *out, const NphFilm *film, int64_t tile) {
                 for (int x = inside[0]; x < inside[2]; x++)
                     put_double(out, plane[(y - origin[1]) * NPH_TILE + x - origin[0]]);
         }
+}
+
+static void put_nodes(Output *out, const NphFilm *film) {
+    for (int64_t tile = 0; tile < film->tile_count; tile++) put_tile_nodes(out, film, tile);
 }
 
 static void put_digest(Output *out) {
@@ -132,7 +144,9 @@ NphStatus nph_film_write_part(NphContext *context, const NphFilm *film, const ch
         put_header(out, film);
         put_texts(out, film);
         for (int64_t tile = 0; tile < film->tile_count; tile++) put_tile(out, film, tile);
-        for (int64_t tile = 0; tile < film->tile_count; tile++) put_nodes(out, film, tile);
+        put_nodes(out, film);
+        for (int level = 0; level < NPH_REGION_LEVELS && nph_film_is_shared(film); level++)
+            put_nodes(out, film->regions[level]);
         put_digest(out);
         status = nph_writer_commit(context, &writer);
     }

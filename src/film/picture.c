@@ -128,6 +128,47 @@ static void write_tiles(const NphFilm *film, TileValues *values, const Planes *p
     }
 }
 
+/* The variance of the mean of the region that a pixel lies in, and its Vov. */
+static void write_region(const NphFilm *film, int level, const int at[2], const float value[2], float *const planes[2]) {
+    const NphFilm *coarse = film->regions[level];
+    int width = film->crop[2] - film->crop[0], height = film->crop[3] - film->crop[1];
+    int x0, x1, y0, y1;
+    nph_region_span(at[0], coarse->width, nph_region_sizes[level], width, &x0, &x1);
+    nph_region_span(at[1], coarse->height, nph_region_sizes[level], height, &y0, &y1);
+    for (int y = y0; y < y1; y++)
+        for (int x = x0; x < x1; x++)
+            for (int k = 0; k < 2; k++) planes[k][(int64_t)y * width + x] = value[k];
+}
+
+static void write_level(const NphFilm *film, int level, int channel, float *const planes[2], int64_t *clamped) {
+    const NphFilm *coarse = film->regions[level];
+    for (int64_t tile = 0; tile < coarse->tile_count; tile++) {
+        double moments[NPH_MOMENTS][NPH_TILE_PIXELS], n = (double)nph_film_tile_samples(coarse, tile);
+        int origin[2], inside[4];
+        nph_film_tile_rect(coarse, tile, origin, inside);
+        nph_tree_fold_moments(coarse, tile, channel < film->channels ? channel : 0, moments);
+        for (int y = inside[1]; y < inside[3]; y++)
+            for (int x = inside[0]; x < inside[2]; x++) {
+                int p = (y - origin[1]) * NPH_TILE + x - origin[0];
+                float value[2] = {narrow_variance(nph_film_variance_of_mean(moments[1][p], n), clamped),
+                                  narrow(nph_film_vov(moments[1][p], moments[3][p], n), clamped)};
+                write_region(film, level, (int[2]){x, y}, value, planes);
+            }
+    }
+}
+
+/* Where pixels share samples: the noise of the regions that verdicts rest on. */
+static NphStatus add_regions(NphContext *context, const NphFilm *film, NphImage *image, int64_t *clamped) {
+    for (int level = 0; level < NPH_REGION_LEVELS; level++)
+        for (int c = 0; c < 3; c++) {
+            float *planes[2];
+            NPH_TRY(nph_image_add_channel(context, image, nph_region_variance[level][c], &planes[0]));
+            NPH_TRY(nph_image_add_channel(context, image, nph_region_vov[level][c], &planes[1]));
+            write_level(film, level, c, planes, clamped);
+        }
+    return NPH_OK;
+}
+
 static NphStatus fill_image(NphContext *context, const NphFilm *film, NphImage *image) {
     Planes planes;
     TileValues *values = NULL;
@@ -137,6 +178,7 @@ static NphStatus fill_image(NphContext *context, const NphFilm *film, NphImage *
     NPH_TRY(NPH_NEW(context, 1, "picture", &values));
     write_tiles(film, values, &planes, &clamped);
     nph_free(context, values);
+    if (nph_film_is_shared(film)) NPH_TRY(add_regions(context, film, image, &clamped));
     if (clamped)
         nph_warn(context, "picture: %lld values beyond +-%g, the largest of a float, are written as that",
                  (long long)clamped, (double)FLT_MAX);

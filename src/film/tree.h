@@ -11,6 +11,7 @@
 
 #include "film/film.h"
 #include "film/moments.h"
+#include "film/regions.h"
 
 /* Samples end at 2^31 - 16, so chunk numbers have 27 bits, and a normal form has at most 27 rising and 27 falling. */
 enum {
@@ -31,6 +32,8 @@ typedef struct NphFilmText {
     char *name, *text;
 } NphFilmText;
 
+typedef struct NphSharing NphSharing;
+
 typedef void (*NphChunkFn)(const void *samples, int channels, double *node);
 
 struct NphFilm {
@@ -44,6 +47,8 @@ struct NphFilm {
     int text_count;
     NphFilmText *texts;
     NphChunkFn chunk_f32, chunk_f64;
+    NphFilm *regions[NPH_REGION_LEVELS]; /* means of regions, where pixels share samples; else NULL (shared.c) */
+    NphSharing *sharing;                 /* while such a film is being filled */
 };
 
 /* The normal form of chunks [begin, end); returns its length. */
@@ -72,6 +77,9 @@ void nph_tree_fold_mean(const NphFilm *film, int64_t tile, int value, double out
  * a tile. */
 void nph_film_lay_out(NphFilm *film, int width, int height, const int crop[4], int channels);
 NphStatus nph_film_make(NphContext *context, const NphFilm *layout, NphFilm **film);
+
+/* Pixels share samples. */
+static inline int nph_film_is_shared(const NphFilm *film) { return film->regions[0] != NULL; }
 
 /* film.c: a tile's report with another one joined to it. */
 void nph_nonfinite_join(NphNonfinite *report, const NphNonfinite *other);

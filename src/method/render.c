@@ -130,7 +130,8 @@ NphStatus nph_render(NphContext *context, const NphScene *scene, const NphRender
     NphFilm *made = NULL;
     NPH_TRY(nph_film_new(context, scene->sensor.width, scene->sensor.height, job.crop, method->channels(&job),
                          job.sample_begin, job.sample_end, &made));
-    NphStatus status = nph_job_describe(&job, method, made);
+    NphStatus status = method->shares_samples ? nph_film_share_samples(context, made) : NPH_OK;
+    if (status == NPH_OK) status = nph_job_describe(&job, method, made);
     if (status == NPH_OK) status = render_job(method, &job, options, made, &counted);
     if (status != NPH_OK && status != NPH_INTERRUPTED && status != NPH_BAD_NUMBER) {
         nph_film_free(context, made);

@@ -191,6 +191,11 @@ static int draw_without_noise(const Case *judged, NphComparison *comparison) {
                  (long long)(pair->pixels - pair->identical), (long long)pair->pixels);
         add(comparison, text);
         comparison->verdict = NPH_NOT_SAME;
+    } else if (pair->few_images) {
+        snprintf(text, sizeof text, "pixels share samples: the error bar of a tile takes at least %d samples of the picture",
+                 NPH_IMAGES_LEAST);
+        add(comparison, text);
+        comparison->verdict = NPH_INCONCLUSIVE;
     } else {
         snprintf(text, sizeof text, "the variance of pixel (%d, %d) ", pair->x0 + (int)(pair->unusable % pair->width),
                  pair->y0 + (int)(pair->unusable / pair->width));
@@ -263,7 +268,8 @@ NphStatus nph_compare(NphContext *context, const NphImage *a, const NphImage *b,
     made.identical_pixels = judged.pair.identical;
     fill_means(&judged.pair, &made);
     NPH_TRY(nph_pixels_metrics(context, &judged.pair, &made));
-    if (judged.pair.identical < judged.pair.pixels && judged.pair.has_variance && judged.pair.unusable < 0) {
+    if (judged.pair.identical < judged.pair.pixels && judged.pair.has_variance && judged.pair.unusable < 0 &&
+        !judged.pair.few_images) {
         NPH_TRY(judge_levels(context, &judged, &made));
     } else {
         draw_without_noise(&judged, &made);

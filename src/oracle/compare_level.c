@@ -18,22 +18,10 @@ static const double forgiveness = 0.1;
 
 static const char *const channel_names[3] = {"R", "G", "B"};
 
-/* Tiles along one side: a remainder of less than half a tile belongs to the last tile, so that no tile is a sliver. */
-static int tiles_along(int length, int size) {
-    if (size == 0 || length < size) return 1;
-    return (length + size / 2) / size;
-}
-
-/* Pixels [begin, end) of a tile along one side. */
-static void tile_span(int tile, int tiles, int size, int length, int *begin, int *end) {
-    *begin = tile * size;
-    *end = tile == tiles - 1 ? length : (tile + 1) * size;
-}
-
 static NphRect tile_rect(const NphPair *pair, int size, int across, int down, int index) {
-    NphRect rect;
-    tile_span(index % across, across, size, pair->width, &rect.x0, &rect.x1);
-    tile_span(index / across, down, size, pair->height, &rect.y0, &rect.y1);
+    NphRect rect = {.size = size};
+    nph_region_span(index % across, across, size, pair->width, &rect.x0, &rect.x1);
+    nph_region_span(index / across, down, size, pair->height, &rect.y0, &rect.y1);
     return rect;
 }
 
@@ -94,7 +82,7 @@ static void name_worst(const NphPair *pair, const NphFinding *worst, NphCompareL
 
 /* Weighs every region and channel, in this order. */
 static void weigh_all(const NphPair *pair, const NphLevelTask *task, NphEvidence *evidence) {
-    int across = tiles_along(pair->width, task->size), down = tiles_along(pair->height, task->size);
+    int across = nph_regions_along(pair->width, task->size), down = nph_regions_along(pair->height, task->size);
     for (int i = 0; i < across * down; i++) {
         NphRect rect = tile_rect(pair, task->size, across, down, i);
         for (int c = 0; c < pair->channels; c++) {
@@ -123,7 +111,7 @@ static void judge_region(const NphLevelTask *task, double threshold, NphFinding 
 
 static void judge_all(const NphPair *pair, const NphLevelTask *task, const NphEvidence *evidence, double threshold,
                       NphLevelFindings *findings) {
-    int across = tiles_along(pair->width, task->size), down = tiles_along(pair->height, task->size);
+    int across = nph_regions_along(pair->width, task->size), down = nph_regions_along(pair->height, task->size);
     NphFinding worst = {.channel = -1};
     for (int i = 0; i < across * down; i++) {
         int different = 0, same = 1;
@@ -144,7 +132,7 @@ static void judge_all(const NphPair *pair, const NphLevelTask *task, const NphEv
 
 NphStatus nph_level_judge(NphContext *context, const NphPair *pair, const NphLevelTask *task,
                           NphLevelFindings *findings) {
-    int across = tiles_along(pair->width, task->size), down = tiles_along(pair->height, task->size);
+    int across = nph_regions_along(pair->width, task->size), down = nph_regions_along(pair->height, task->size);
     size_t count = (size_t)across * (size_t)down * (size_t)pair->channels;
     NphEvidence *evidence = NULL;
     double *p = NULL;

@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "film/regions.h"
 #include "nephos/compare.h"
 
 /* z of a difference without noise; also what a map holds instead of an infinity. */
@@ -20,6 +21,9 @@
 /* Planes of one picture; those that a file may lack are NULL. */
 typedef struct NphPicture {
     const float *value[3], *variance[3], *vov[3], *samples;
+    const float *region_variance[NPH_REGION_LEVELS][3]; /* of regions' means, where pixels share samples; else NULL */
+    const float *region_vov[NPH_REGION_LEVELS][3];
+    int shared;                                         /* they do */
     double samples_everywhere; /* from the attribute "samples" where there is no plane N; 0: unknown */
 } NphPicture;
 
@@ -29,6 +33,7 @@ typedef struct NphPair {
     int channels;          /* 1: grey, the three channels are one hypothesis; else 3 */
     int has_variance;      /* in both pictures */
     int64_t unusable;      /* first pixel whose variance says nothing (one sample, out of range); -1: none */
+    int few_images;        /* pixels of A or B share samples, and there are too few of them for an error bar */
     int paired;            /* same scene and seed: the noise is correlated */
     int64_t pixels, identical;
     double luminance_a, luminance_b; /* means over the picture */
@@ -45,6 +50,9 @@ static inline double nph_pixel_luminance(const NphPicture *picture, int64_t i) {
            NPH_LUMINANCE_B * (double)picture->value[2][i];
 }
 
+/* Fewer whole images than this say nothing about their own spread. */
+enum { NPH_IMAGES_LEAST = 32 };
+
 /* Noise of one pixel's difference A - B: its variance, and the variance of that estimate. `own` trusts each picture's
  * variance for itself; `pooled` takes the variance per sample to be the same in both. */
 typedef struct NphPixelNoise {
@@ -54,8 +62,12 @@ NphPixelNoise nph_pixel_noise(const NphPair *pair, int channel, int64_t pixel);
 /* Samples of a pixel, 0 when unknown. */
 double nph_pixel_samples(const NphPicture *picture, int64_t pixel);
 
+/* Number of the level of regions of that size (regions.h). */
+static inline int nph_level_of(int size) { return size == nph_region_sizes[0] ? 0 : size == nph_region_sizes[1] ? 1 : 2; }
+
 typedef struct NphRect {
     int x0, y0, x1, y1; /* in pixels of the data window, x1 and y1 outside */
+    int size;           /* of the level's tiles; 0: the whole picture */
 } NphRect;
 
 /* What a region says about one channel. */

@@ -70,6 +70,7 @@ static void tally_pixel(const NphPair *pair, int channel, int64_t i, Tally *tall
  * kurtosis over N, which is Vov - 2 / N; the test sees what is larger than 1 / sqrt(pixels). */
 static const char *why_not(const NphPair *pair, int channel, const Tally *tally) {
     double noisy = (double)tally->noisy;
+    if (pair->a.shared || pair->b.shared) return "pixels share samples";
     if (pair->paired) return "the pictures share their random numbers";
     if (!pair->a.vov[channel] || !pair->b.vov[channel]) return "no Vov channels";
     if (tally->noisy < PIXELS_LEAST) return "too few pixels with noise";

@@ -38,6 +38,26 @@ static NphStatus check_plane(NphContext *context, Source source, const char *nam
     return NPH_OK;
 }
 
+/* The layers of regions' means: all of their variances or none. */
+static NphStatus read_regions(NphContext *context, Source source, NphPicture *picture) {
+    const char *present = NULL, *missing = NULL;
+    for (int level = 0; level < NPH_REGION_LEVELS; level++)
+        for (int c = 0; c < 3; c++) {
+            const char *variance = nph_region_variance[level][c], *vov = nph_region_vov[level][c];
+            NPH_TRY(check_plane(context, source, variance, 0.0));
+            NPH_TRY(check_plane(context, source, vov, 0.0));
+            picture->region_variance[level][c] = plane(source.image, variance);
+            picture->region_vov[level][c] = plane(source.image, vov);
+            if (picture->region_variance[level][c]) present = variance;
+            else missing = variance;
+        }
+    if (present && missing)
+        return nph_error(context, NPH_BAD_INPUT, "picture %s has channel %s but not %s: they go together", source.letter,
+                         present, missing);
+    picture->shared = present != NULL;
+    return NPH_OK;
+}
+
 static NphStatus read_picture(NphContext *context, Source source, NphPicture *picture) {
     const NphImage *image = source.image;
     memset(picture, 0, sizeof *picture);
@@ -53,6 +73,7 @@ static NphStatus read_picture(NphContext *context, Source source, NphPicture *pi
         picture->variance[c] = plane(image, variances[c]);
         picture->vov[c] = plane(image, vovs[c]);
     }
+    NPH_TRY(read_regions(context, source, picture));
     NPH_TRY(check_plane(context, source, "N", 0.0));
     picture->samples = plane(image, "N");
     const NphAttribute *samples = nph_image_attribute(image, "samples");
@@ -93,11 +114,17 @@ static int is_unusable(const NphPicture *picture, int64_t i) {
     double samples = nph_pixel_samples(picture, i);
     for (int c = 0; c < 3; c++) {
         if (picture->variance[c][i] >= FLT_MAX) return 1;
+        for (int level = 0; level < NPH_REGION_LEVELS && picture->shared; level++)
+            if (picture->region_variance[level][c][i] >= FLT_MAX) return 1;
         if (picture->variance[c][i] > 0.0f) continue;
         if ((samples > 0.0 || picture->samples) && samples < 2.0) return 1;
         if (picture->vov[c] && picture->vov[c][i] > 0.0f) return 1;
     }
     return 0;
+}
+
+static int is_few_images(const NphPicture *picture, int64_t i) {
+    return picture->shared && nph_pixel_samples(picture, i) < NPH_IMAGES_LEAST;
 }
 
 static void scan_pixels(NphPair *pair) {
@@ -107,6 +134,7 @@ static void scan_pixels(NphPair *pair) {
         int equal = 1;
         for (int c = 0; c < 3; c++) equal &= pair->a.value[c][i] == pair->b.value[c][i];
         pair->identical += equal;
+        pair->few_images |= is_few_images(&pair->a, i) || is_few_images(&pair->b, i);
         sum_a += nph_pixel_luminance(&pair->a, i);
         sum_b += nph_pixel_luminance(&pair->b, i);
         if (pair->has_variance && pair->unusable < 0 && (is_unusable(&pair->a, i) || is_unusable(&pair->b, i))) {
@@ -141,7 +169,8 @@ NphStatus nph_pair_read(NphContext *context, const NphImage *a, const NphImage *
     made.channels = is_grey(&made.a, made.pixels) && is_grey(&made.b, made.pixels) ? 1 : 3;
     scan_pixels(&made);
     int same_scene = same_attribute(a, b, "scene") || same_attribute(a, b, "digest");
-    made.paired = (same_scene && same_attribute(a, b, "seed")) || made.identical == made.pixels;
+    int same_words = same_scene && same_attribute(a, b, "seed") && !made.a.shared && !made.b.shared;
+    made.paired = same_words || made.identical == made.pixels;
     *pair = made;
     return NPH_OK;
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * What the pixels of a region say about the difference of two pictures: a standard error with its degrees of freedom,
- * the p of equality and the p of a difference beyond the margin. Pixels are independent of each other. */
+ * the p of equality and the p of a difference beyond the margin. Pixels are independent of each other, or the picture
+ * says itself what the noise of its regions' means is. */
 #include <math.h>
 
 #include "oracle/compare_parts.h"
@@ -22,30 +23,42 @@ double nph_pixel_samples(const NphPicture *picture, int64_t pixel) {
     return picture->samples ? (double)picture->samples[pixel] : picture->samples_everywhere;
 }
 
-/* Relative variance of a pixel's variance: what the picture says, and no less than that of Gaussian samples,
- * 2 / (N - 1), since few samples cannot show their own tail. */
-static double relative_spread(const NphPicture *picture, int channel, int64_t pixel, double samples) {
-    double vov = picture->vov[channel] ? (double)picture->vov[channel][pixel] : 0.0;
+/* Variance of a mean and the number of samples it comes from; spread: variance of that variance. */
+typedef struct Noise {
+    double variance, spread, samples;
+} Noise;
+
+/* The spread relative to the variance is what the picture says (planes may lack), and no less than that of Gaussian
+ * samples, 2 / (N - 1), since few samples cannot show their own tail. */
+static Noise noise_of(const float *variance, const float *vovs, int64_t pixel, double samples) {
+    double vov = vovs ? (double)vovs[pixel] : 0.0, own = (double)variance[pixel];
     double gaussian = samples >= 2.0 ? 2.0 / (samples - 1.0) : 0.0;
-    return vov > gaussian ? vov : gaussian;
+    Noise noise = {own, (vov > gaussian ? vov : gaussian) * own * own, samples};
+    return noise;
 }
 
 /* With s^2 the variance per sample, N s^2's estimate in each picture and f = N - 1:
  * own    = sA^2 / NA + sB^2 / NB
  * pooled = (fA sA^2 + fB sB^2) / (fA + fB) (1 / NA + 1 / NB) */
-NphPixelNoise nph_pixel_noise(const NphPair *pair, int channel, int64_t pixel) {
-    double va = pair->a.variance[channel][pixel], vb = pair->b.variance[channel][pixel];
-    double na = nph_pixel_samples(&pair->a, pixel), nb = nph_pixel_samples(&pair->b, pixel);
-    double spread_a = relative_spread(&pair->a, channel, pixel, na) * va * va;
-    double spread_b = relative_spread(&pair->b, channel, pixel, nb) * vb * vb;
-    NphPixelNoise noise = {va + vb, spread_a + spread_b, va + vb, spread_a + spread_b};
-    if (na >= 2.0 && nb >= 2.0 && na != nb) {
-        double per_mean = (1.0 / na + 1.0 / nb) / (na + nb - 2.0);
-        double weight_a = per_mean * (na - 1.0) * na, weight_b = per_mean * (nb - 1.0) * nb;
-        noise.pooled = weight_a * va + weight_b * vb;
-        noise.pooled_spread = weight_a * weight_a * spread_a + weight_b * weight_b * spread_b;
+static NphPixelNoise join_noise(Noise a, Noise b) {
+    double variance = a.variance + b.variance, spread = a.spread + b.spread;
+    NphPixelNoise noise = {variance, spread, variance, spread};
+    if (a.samples >= 2.0 && b.samples >= 2.0 && a.samples != b.samples) {
+        double per_mean = (1.0 / a.samples + 1.0 / b.samples) / (a.samples + b.samples - 2.0);
+        double weight_a = per_mean * (a.samples - 1.0) * a.samples, weight_b = per_mean * (b.samples - 1.0) * b.samples;
+        noise.pooled = weight_a * a.variance + weight_b * b.variance;
+        noise.pooled_spread = weight_a * weight_a * a.spread + weight_b * weight_b * b.spread;
     }
     return noise;
+}
+
+static Noise pixel_noise(const NphPicture *picture, int channel, int64_t pixel) {
+    double samples = nph_pixel_samples(picture, pixel);
+    return noise_of(picture->variance[channel], picture->vov[channel], pixel, samples);
+}
+
+NphPixelNoise nph_pixel_noise(const NphPair *pair, int channel, int64_t pixel) {
+    return join_noise(pixel_noise(&pair->a, channel, pixel), pixel_noise(&pair->b, channel, pixel));
 }
 
 typedef struct Sums {
@@ -56,12 +69,17 @@ typedef struct Sums {
     int unknown;                      /* some number of samples is */
 } Sums;
 
-/* A pixel's part of the sum of squares about 0 instead of about the mean: (1 - 1/N) of the variance, and d^2 / N. */
-static void add_squares(const NphPair *pair, int64_t i, int channel, const NphPixelNoise *noise, Sums *sums) {
-    double d = (double)pair->a.value[channel][i] - (double)pair->b.value[channel][i];
-    double na = nph_pixel_samples(&pair->a, i), nb = nph_pixel_samples(&pair->b, i), least = na < nb ? na : nb;
-    sums->noise_a += (double)pair->a.variance[channel][i];
-    sums->noise_b += (double)pair->b.variance[channel][i];
+/* Adds what both pictures say of one difference d: of a pixel, or of the whole region. To the sum of squares about 0
+ * instead of about the mean: (1 - 1/N) of the variance, and d^2 / N. */
+static void add_noise(Noise a, Noise b, double d, Sums *sums) {
+    NphPixelNoise joint = join_noise(a, b), *noise = &joint;
+    double least = a.samples < b.samples ? a.samples : b.samples;
+    sums->noise_a += a.variance;
+    sums->noise_b += b.variance;
+    sums->noise.own += noise->own;
+    sums->noise.own_spread += noise->own_spread;
+    sums->noise.pooled += noise->pooled;
+    sums->noise.pooled_spread += noise->pooled_spread;
     if (least < 2.0) {
         sums->unknown = 1;
         return;
@@ -70,25 +88,45 @@ static void add_squares(const NphPair *pair, int64_t i, int channel, const NphPi
     sums->pooled_square += noise->pooled * (1.0 - 1.0 / least) + d * d / least;
 }
 
+/* The noise of a region's sum, as the picture states it for the region's mean. */
+static Noise region_noise(const NphPicture *picture, NphRect rect, int64_t first, int channel, double count) {
+    int level = nph_level_of(rect.size);
+    double samples = nph_pixel_samples(picture, first), square = count * count;
+    Noise noise = noise_of(picture->region_variance[level][channel], picture->region_vov[level][channel], first, samples);
+    noise.variance *= square;
+    noise.spread *= square * square;
+    return noise;
+}
+
+/* A picture whose pixels share samples brings the noise of the region. Against one whose pixels do not, the samples are
+ * different things: nothing is pooled, and exchanging them is no symmetry. */
+static void add_region_noise(const NphPair *pair, NphRect rect, int channel, Sums *sums) {
+    int64_t first = (int64_t)rect.y0 * pair->width + rect.x0;
+    Noise none = {0}, a = none, b = none;
+    if (pair->a.shared) a = region_noise(&pair->a, rect, first, channel, sums->count);
+    if (pair->b.shared) b = region_noise(&pair->b, rect, first, channel, sums->count);
+    if (!pair->a.shared || !pair->b.shared) sums->unknown = 1;
+    add_noise(a, b, sums->a - sums->b, sums);
+}
+
 static Sums add_up(const NphPair *pair, NphRect rect, int channel) {
     Sums sums = {0};
     const float *a = pair->a.value[channel], *b = pair->b.value[channel];
+    Noise none = {0};
     for (int y = rect.y0; y < rect.y1; y++) {
         for (int x = rect.x0; x < rect.x1; x++) {
             int64_t i = (int64_t)y * pair->width + x;
-            NphPixelNoise noise = nph_pixel_noise(pair, channel, i);
+            Noise noise_a = pair->a.shared ? none : pixel_noise(&pair->a, channel, i);
+            Noise noise_b = pair->b.shared ? none : pixel_noise(&pair->b, channel, i);
             sums.a += (double)a[i];
             sums.b += (double)b[i];
             sums.luminance_b += nph_pixel_luminance(&pair->b, i);
             sums.identical += a[i] == b[i];
-            add_squares(pair, i, channel, &noise, &sums);
-            sums.noise.own += noise.own;
-            sums.noise.own_spread += noise.own_spread;
-            sums.noise.pooled += noise.pooled;
-            sums.noise.pooled_spread += noise.pooled_spread;
+            if (!pair->a.shared || !pair->b.shared) add_noise(noise_a, noise_b, (double)a[i] - (double)b[i], &sums);
         }
     }
     sums.count = (double)(rect.x1 - rect.x0) * (double)(rect.y1 - rect.y0);
+    if (pair->a.shared || pair->b.shared) add_region_noise(pair, rect, channel, &sums);
     return sums;
 }
 

@@ -57,6 +57,22 @@ static inline void fill_chunk(const NphFilm *film, int64_t tile, int64_t chunk, 
 
 enum { SAMPLE_BUFFER = NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK };
 
+/* Adds chunks up to sample `end` to every tile of a film whose pixels share samples. */
+static inline void add_images(NphFilm *film, int64_t end, int precision, SampleFn value) {
+    double *samples = malloc(SAMPLE_BUFFER * sizeof *samples);
+    void *scratch = malloc(nph_film_scratch_bytes(film->channels));
+    for (int64_t chunk = film->chunk_begin + film->chunks[0]; chunk < end / NPH_CHUNK; chunk++) {
+        for (int64_t k = 0; k < film->tile_count; k++) {
+            int64_t tile = chunk % 2 ? k : film->tile_count - 1 - k; /* in any order */
+            fill_chunk(film, tile, chunk, precision, value, samples);
+            nph_film_add_chunk(film, tile, chunk, precision, samples, scratch);
+        }
+        nph_film_end_chunk(film, chunk);
+    }
+    free(samples);
+    free(scratch);
+}
+
 /* Adds chunks up to sample `end` to one tile. */
 static inline void add_samples(NphFilm *film, int64_t tile, int64_t end, int precision, SampleFn value) {
     double *samples = malloc(SAMPLE_BUFFER * sizeof *samples);
@@ -116,6 +132,10 @@ static inline int films_equal(const NphFilm *a, const NphFilm *b) {
         return 0;
     for (int64_t tile = 0; tile < a->tile_count; tile++)
         if (!tiles_equal(a, b, tile)) return 0;
+    for (int level = 0; level < NPH_REGION_LEVELS; level++) {
+        if (!a->regions[level] != !b->regions[level]) return 0;
+        if (a->regions[level] && !films_equal(a->regions[level], b->regions[level])) return 0;
+    }
     return 1;
 }
 

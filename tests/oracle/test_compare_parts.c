@@ -113,7 +113,7 @@ START_TEST(the_evidence_of_a_region_is_the_formula) {
     NphPair pair;
     NphEvidence evidence;
     ck_assert_int_eq(nph_pair_read(context, &a, &b, &pair), NPH_OK);
-    nph_region_weigh(&pair, (NphRect){0, 0, 2, 2}, 0, 0.1, &evidence);
+    nph_region_weigh(&pair, (NphRect){0, 0, 2, 2, 0}, 0, 0.1, &evidence);
     double spread = 2.0 * (0.5 * 0.0016 + 2.0 / 7 * 0.0001 + 0.5 * 0.0001 + 2.0 / 7 * 0.0004);
     double dof = 2.0 * 0.16 * 0.16 / spread, error = sqrt(0.16) / 4.0;
     ck_assert_double_eq_tol(evidence.difference, 0.5, 1e-12);
@@ -128,7 +128,7 @@ START_TEST(the_evidence_of_a_region_is_the_formula) {
         synthetic_plane(&a, "Variance.R")[i] = 0.01f;
         synthetic_plane(&b, "Variance.R")[i] = 0.01f;
     }
-    nph_region_weigh(&pair, (NphRect){0, 0, 2, 2}, 0, 0.1, &evidence);
+    nph_region_weigh(&pair, (NphRect){0, 0, 2, 2, 0}, 0, 0.1, &evidence);
     double per_sample = (7.0 * 0.08 + 31.0 * 0.32) / 38.0, pooled = per_sample * (1.0 / 8 + 1.0 / 32);
     ck_assert_double_eq_tol(evidence.standard_error, sqrt(4.0 * pooled) / 4.0, 1e-8);
     nph_image_free(context, &a);
@@ -145,7 +145,7 @@ START_TEST(the_evidence_of_pairs_is_the_formula_at_the_price_of_two_tests) {
     for (int i = 0; i < 16; i++) synthetic_plane(&a, "R")[i] = i % 2 ? 1.03f : 0.99f;
     mark_paired(&a, &b);
     ck_assert_int_eq(nph_pair_read(context, &a, &b, &pair), NPH_OK);
-    nph_region_weigh(&pair, (NphRect){0, 0, 4, 4}, 0, 0.05, &evidence);
+    nph_region_weigh(&pair, (NphRect){0, 0, 4, 4, 0}, 0, 0.05, &evidence);
     double t = 0.01 / (0.02 / sqrt(15.0));
     ck_assert_double_eq_tol(evidence.ratio, t, 1e-5);
     ck_assert_double_eq_tol(evidence.dof, 15.0, 1e-5);
