@@ -71,6 +71,12 @@ NphStatus nph_grid_from_array(NphContext *context, const NphArray *array, const 
                               NphCentring centring, NphOutside outside, NphLookup lookup, const char *what,
                               NphGrid *grid);
 
+/* The same lattice, sample = function(user, its place in the lattice, from's sample), which is not called where a whole
+ * brick of `from` is zero: those stay zero. */
+typedef double (*NphSampleFn)(const void *user, const double at[3], double value);
+NphStatus nph_grid_derive(NphContext *context, const NphGrid *from, NphSampleFn function, const void *user,
+                          const char *what, NphGrid *grid);
+
 void nph_grid_free(NphContext *context, NphGrid *grid);
 
 /* Bytes the grid holds. */

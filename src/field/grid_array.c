@@ -22,8 +22,7 @@ typedef struct ArrayBuild {
     int32_t shared_end;
 } ArrayBuild;
 
-/* Element i as it is in the file; of the wide integers the rounded value. */
-static double element(const NphArray *array, int64_t i) {
+double nph_array_element(const NphArray *array, int64_t i) {
     switch (array->type) {
     case NPH_U8: return ((const uint8_t *)array->data)[i];
     case NPH_I8: return ((const int8_t *)array->data)[i];
@@ -51,7 +50,7 @@ static void convert_row(const NphArray *array, int64_t i, int64_t nx, float *row
             row[x] = from[x] >= 0 && from[x] <= (float)NPH_DENSITY_MAX ? from[x] + 0.0f : -1.0f;
         return;
     }
-    for (int64_t x = 0; x < nx; x++) row[x] = density(element(array, i + x));
+    for (int64_t x = 0; x < nx; x++) row[x] = density(nph_array_element(array, i + x));
 }
 
 /* Sample s of an axis of n elements to its element; -1 for padding that is zero. */
@@ -118,7 +117,7 @@ static NphStatus fill_row(void *data, int64_t block, int worker) {
 static NphStatus report_first_bad(NphContext *context, const NphArray *array, const char *what) {
     int64_t count = nph_array_count(array), ny = array->shape[1], nx = array->shape[2];
     for (int64_t i = 0; i < count; i++) {
-        double value = element(array, i);
+        double value = nph_array_element(array, i);
         if (nph_density_ok(value)) continue;
         return nph_error(context, NPH_BAD_INPUT,
                          "%s: voxel [z, y, x] = [%lld, %lld, %lld] is %g; densities are finite, not negative and at "

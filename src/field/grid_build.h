@@ -22,6 +22,9 @@ static inline int32_t nph_brick_code(float value) {
 /* A density that a grid may hold; false for NaN. */
 static inline int nph_density_ok(double value) { return value >= 0 && value <= NPH_DENSITY_MAX; }
 
+/* Element i as it is in the file; of the wide integers the rounded value. */
+double nph_array_element(const NphArray *array, int64_t i);
+
 /* Checks samples[] (per axis, without padding, >= 1) against the limits; sets n, bricks, the box of the centring and a
  * brick_index of zeros. */
 NphStatus nph_grid_layout(NphContext *context, const int64_t samples[3], NphCentring centring, const char *what,

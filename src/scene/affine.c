@@ -68,6 +68,14 @@ static void grow(double lo[3], double hi[3], int axis, double value) {
     if (value > hi[axis]) hi[axis] = value;
 }
 
+static void grow_by_box(const double map[12], const double low[3], const double high[3], double lo[3], double hi[3]) {
+    for (int corner = 0; corner < 8; corner++) {
+        double x = corner & 1 ? high[0] : low[0], y = corner & 2 ? high[1] : low[1], z = corner & 4 ? high[2] : low[2];
+        for (int axis = 0; axis < 3; axis++)
+            grow(lo, hi, axis, map[axis * 4] * x + map[axis * 4 + 1] * y + map[axis * 4 + 2] * z + map[axis * 4 + 3]);
+    }
+}
+
 void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]) {
     const double *map = medium->world_from_medium;
     const double *low = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo : medium->lo;
@@ -83,11 +91,18 @@ void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]) {
         grow(lo, hi, 2, map[10] * high[2] + map[11]);
         return;
     }
-    for (int corner = 0; corner < 8; corner++) {
-        double x = corner & 1 ? high[0] : low[0], y = corner & 2 ? high[1] : low[1], z = corner & 4 ? high[2] : low[2];
-        for (int axis = 0; axis < 3; axis++)
-            grow(lo, hi, axis, map[axis * 4] * x + map[axis * 4 + 1] * y + map[axis * 4 + 2] * z + map[axis * 4 + 3]);
+    grow_by_box(map, low, high, lo, hi);
+}
+
+int nph_emission_bounds(const NphMedium *medium, double lo[3], double hi[3]) {
+    const NphEmission *emission = &medium->emission;
+    if (emission->kind != NPH_EMISSION_GRID) return 0;
+    for (int axis = 0; axis < 3; axis++) {
+        lo[axis] = HUGE_VAL;
+        hi[axis] = -HUGE_VAL;
     }
+    grow_by_box(emission->world_from_grid, emission->grids[0].lo, emission->grids[0].hi, lo, hi);
+    return 1;
 }
 
 void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]) {
@@ -99,6 +114,11 @@ void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]) {
         double low[3], high[3];
         nph_medium_bounds(&scene->media[m], low, high);
         for (int axis = scene->media[m].shape == NPH_SHAPE_LAYER ? 2 : 0; axis < 3; axis++) {
+            grow(lo, hi, axis, low[axis]);
+            grow(lo, hi, axis, high[axis]);
+        }
+        int emits = nph_emission_bounds(&scene->media[m], low, high);
+        for (int axis = 0; axis < 3 && emits; axis++) {
             grow(lo, hi, axis, low[axis]);
             grow(lo, hi, axis, high[axis]);
         }

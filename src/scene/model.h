@@ -4,7 +4,7 @@
 #ifndef NPH_SCENE_MODEL_H
 #define NPH_SCENE_MODEL_H
 
-#include "field/grid.h"
+#include "field/emission.h"
 #include "geometry/bvh.h"
 #include "light/light.h"
 #include "nephos/scene.h"
@@ -42,6 +42,8 @@ typedef struct NphMedium {
     double extinction_per_m[3];   /* per unit of density */
     double albedo[3];             /* in [0, 1] */
     NphPhase phase;
+    NphEmission emission;
+    char *unmodelled;             /* a grid of flames or temperatures in its file that no medium emits from; or NULL */
 } NphMedium;
 
 /* Opaque, Lambertian on both sides. */
@@ -68,8 +70,8 @@ struct NphScene {
                                            and the render: section (part of a run, not of the scene) do not enter */
 };
 
-/* Bounding box in world space of all media and surfaces that have one (layers and planes count in z only); lo > hi when
- * there is none. */
+/* Bounding box in world space of all media, what they emit, and surfaces, that have one (layers and planes count in z
+ * only); lo > hi when there is none. */
 void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]);
 
 /* The origin of scene-local space, in which kernels work: the middle of that box; along an axis without bounds the
@@ -78,6 +80,9 @@ void nph_scene_origin(const NphScene *scene, double origin[3]);
 
 /* The same of one medium; a layer's x and y are -+HUGE_VAL. */
 void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]);
+
+/* Of the grids that a medium emits from; 0, lo and hi untouched, when it has none of its own. */
+int nph_emission_bounds(const NphMedium *medium, double lo[3], double hi[3]);
 
 /* A 3x4 row-major affine map: out = a after b (out may be a or b). inverse: 0, out untouched, when it is singular: its
  * columns span less than 1e-12 of a box with edges of their lengths. */

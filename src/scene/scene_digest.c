@@ -71,6 +71,15 @@ static void put_grid(Digest *digest, const NphGrid *grid) {
     }
 }
 
+/* A scene without emission has the digest of one that knows none. */
+static void put_emission(Digest *digest, const NphEmission *emission) {
+    if (emission->kind == NPH_EMISSION_NONE) return;
+    put_int(digest, emission->kind);
+    put_doubles(digest, emission->value, 3);
+    for (int g = 0; g < emission->grid_count; g++) put_grid(digest, &emission->grids[g]);
+    if (emission->kind == NPH_EMISSION_GRID) put_doubles(digest, emission->world_from_grid, 12);
+}
+
 static void put_medium(Digest *digest, const NphMedium *medium) {
     put_int(digest, medium->shape);
     if (medium->shape == NPH_SHAPE_GRID) put_grid(digest, &medium->grid);
@@ -81,6 +90,7 @@ static void put_medium(Digest *digest, const NphMedium *medium) {
     put_doubles(digest, medium->world_from_medium, 12);
     put_doubles(digest, medium->extinction_per_m, 3);
     put_doubles(digest, medium->albedo, 3);
+    put_emission(digest, &medium->emission);
     put_int(digest, medium->phase.kind);
     put_doubles(digest, medium->phase.g, 2);
     put_doubles(digest, &medium->phase.weight, 1);

@@ -65,11 +65,23 @@ static NphStatus load_les(NphContext *context, const NphSceneFile *file, NphGrid
     return status;
 }
 
+/* Temperatures in place of the file's values. */
+static NphStatus heat_array(NphContext *context, const NphSceneFile *file, NphArray *values) {
+    NphArray hot = {0};
+    if (!file->hot) return NPH_OK;
+    NPH_TRY(nph_kelvin_array(context, &file->kelvin, values, file->path, &hot));
+    nph_array_free(context, values);
+    *values = hot;
+    return NPH_OK;
+}
+
 static NphStatus load_npy(NphContext *context, const NphSceneFile *file, NphGrid *grid) {
     NphArray density = {0};
     NPH_TRY(nph_npy_read(context, file->path, &density));
-    NphStatus status = nph_grid_from_array(context, &density, file->lo, file->hi, file->centring, file->outside,
-                                           file->lookup, file->path, grid);
+    NphStatus status = heat_array(context, file, &density);
+    if (status == NPH_OK)
+        status = nph_grid_from_array(context, &density, file->lo, file->hi, file->centring, file->outside, file->lookup,
+                                     file->path, grid);
     nph_array_free(context, &density);
     return status;
 }
@@ -83,6 +95,7 @@ static NphStatus load_box_grid(NphContext *context, const NphSceneFile *file, Np
     if (box.values.rank == 4)
         status = nph_error(context, NPH_BAD_INPUT, "%s: has %lld channels; a density has one", file->path,
                            (long long)box.values.shape[3]);
+    if (status == NPH_OK) status = heat_array(context, file, &box.values);
     if (status == NPH_OK)
         status = nph_grid_from_array(context, &box.values, box.lo, box.hi, file->centring, file->outside, file->lookup,
                                      file->path, grid);
@@ -95,7 +108,9 @@ static NphStatus load_vdb(NphContext *context, const NphSceneFile *file, NphGrid
     int nano = file->kind == NPH_VOLUME_NVDB;
     NphStatus status = (nano ? nph_nvdb_read : nph_vdb_read)(context, file->path, file->grid, &volume);
     NPH_TRY(status);
-    status = nph_grid_from_volume(context, &volume, file->centring, file->lookup, file->path, grid);
+    if (file->hot) status = nph_kelvin_volume(context, &file->kelvin, file->path, &volume);
+    if (status == NPH_OK)
+        status = nph_grid_from_volume(context, &volume, file->centring, file->lookup, file->path, grid);
     nph_volume_free(context, &volume);
     return status;
 }
@@ -147,16 +162,24 @@ static void check_grid(NphSceneReader *reader, const NphSceneFile *file, NphMedi
     }
 }
 
+NphStatus nph_scene_load_volume(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphGrid *grid) {
+    return nph_scene_note(reader, file, what, load_volume(reader->context, file, grid));
+}
+
 NphStatus nph_scene_load_files(NphSceneReader *reader) {
     NphScene *scene = reader->scene;
     for (int i = 0; i < scene->medium_count; i++) {
         const NphSceneFile *file = &reader->volumes[i];
         NphMedium *medium = &scene->media[i];
         int bad = reader->bad_inputs;
-        if (!file->path) continue;
-        NPH_TRY(nph_scene_note(reader, file, "volume", load_volume(reader->context, file, &medium->grid)));
-        if (reader->bad_inputs == bad) check_grid(reader, file, medium);
+        memcpy(medium->emission.world_from_grid, medium->world_from_medium, sizeof medium->world_from_medium);
+        if (file->path) {
+            NPH_TRY(nph_scene_load_volume(reader, file, "volume", &medium->grid));
+            if (reader->bad_inputs == bad) check_grid(reader, file, medium);
+        }
+        if (reader->bad_inputs == bad && reader->mistakes == 0) NPH_TRY(nph_scene_load_emission(reader, i));
     }
+    NPH_TRY(nph_scene_find_unmodelled(reader));
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;

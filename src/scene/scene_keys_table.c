@@ -10,6 +10,7 @@
 #define MOST_G 0.99999
 
 #define CAMERAS "perspective|orthographic|flux"
+#define EMISSIONS "volume|blackbody"
 #define PHASES "isotropic|hg|two_lobe|rayleigh"
 #define LIGHTS "sun|constant|environment|point"
 
@@ -27,6 +28,14 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "size, not its extinction."},
     {"density", "a density", "file", "nvdb|npy|txt|vol|pbrt|vdb",
      "A density volume from a file, by its ending: `.nvdb`, `.vdb`, `.npy`, `.txt`, `.vol` or `.pbrt`."},
+    {"emission", "an emission", "type", EMISSIONS,
+     "Light that a medium gives off, alike in all directions. `volume`: radiance per metre, times the value of a grid. "
+     "`blackbody`: absorption times Planck's radiance of a temperature, in W/m2/sr/nm: R, G, B are the means over the "
+     "spectrum that the CIE 1931 observer takes, so that a flat spectrum of 1 gives 1 (colours redder than Rec. 709 "
+     "have no blue; below 100 K there is no light). Without `temperature`, `grid` and `volume`: the grid `flame` or "
+     "`temperature` of the medium's own .nvdb or .vdb file; of other files the density itself (volume); in a box or layer "
+     "constant. What is interpolated between samples is the emission, computed at each of them; where a grid has no "
+     "active voxels there is none."},
     {"transform", "a transform step", NULL, NULL,
      "Steps applied in the order they are written, each a mapping of exactly one key. A medium with `layer` takes only "
      "`translate`, a positive uniform `scale`, and `rotate` about z. A transform that flattens space is refused."},
@@ -96,6 +105,7 @@ const NphSceneKey nph_scene_keys[] = {
     {"medium", "scattering", NPH_KEY_RGB, 0, MOST_PER_M, "1/m", NULL, "0", NULL, "Scattering at density 1."},
     {"medium", "absorption", NPH_KEY_RGB, 0, MOST_PER_M, "1/m", NULL, "0", NULL, "Absorption at density 1."},
     {"medium", "phase", NPH_KEY_SECTION, 0, 0, "", "phase", NULL, NULL, "Phase function; left out: isotropic."},
+    {"medium", "emission", NPH_KEY_SECTION, 0, 0, "", "emission", NULL, NULL, "What the medium emits; left out: nothing."},
 
     {"density", "file", NPH_KEY_FILE, 1, 4095, "", NULL, REQUIRED, NULL,
      "`.nvdb`, `.vdb`: NanoVDB or OpenVDB grid, its own transform gives metres. `.npy`: array with axes z, y, x. `.txt`: cloud field of "
@@ -116,6 +126,18 @@ const NphSceneKey nph_scene_keys[] = {
      "What a trilinear lookup near the border of the box finds beyond it: zero, or the border's value."},
     {"density", "outside", NPH_KEY_WORD, 0, 0, "", "zero|clamp", "clamp", "vol", "The same; as Mitsuba does it."},
     {"density", "box", NPH_KEY_BOX, -FAR_M, FAR_M, "m", NULL, REQUIRED, "npy", "Where the array lies."},
+
+    {"emission", "type", NPH_KEY_WORD, 0, 0, "", EMISSIONS, REQUIRED, NULL, "Kind of emission."},
+    {"emission", "radiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m3/sr", NULL, REQUIRED, "volume",
+     "Radiance that a metre adds, at the grid's value 1."},
+    {"emission", "temperature", NPH_KEY_NUMBER, 0, 1e5, "K", NULL, NULL, "blackbody", "The same everywhere."},
+    {"emission", "grid", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, NULL,
+     "Name of a grid in the medium's own .nvdb or .vdb file."},
+    {"emission", "volume", NPH_KEY_SECTION, 0, 0, "", "density", NULL, NULL,
+     "A grid from a file of its own, which lies in the medium's space (before its transform)."},
+    {"emission", "scale", NPH_KEY_NUMBER, -1e9, 1e9, "K", NULL, "1", "blackbody",
+     "kelvin = scale * value + offset; 0 to 1e5 K are allowed."},
+    {"emission", "offset", NPH_KEY_NUMBER, -1e9, 1e9, "K", NULL, "0", "blackbody", "See scale."},
 
     {"transform", "scale", NPH_KEY_FACTORS, -1e9, 1e9, "", NULL, NULL, NULL,
      "Factor, or one for each axis; negative mirrors, 0 is refused."},

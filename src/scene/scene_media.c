@@ -27,7 +27,7 @@ static NphStatus read_name(NphSceneReader *reader, const NphSceneSection *sectio
     return nph_strdup(reader->context, text, &media[index].name);
 }
 
-static NphStatus read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume) {
+NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume) {
     NphSceneSection density;
     if (!nph_section_read(reader, value->node, "density", &density)) return NPH_OK;
     const NphSceneValue *file = nph_section_value(&density, "file"), *grid = nph_section_value(&density, "grid");
@@ -52,7 +52,7 @@ static NphStatus read_shape(NphSceneReader *reader, const NphSceneSection *secti
                             NphSceneFile *volume) {
     const NphSceneValue *density = nph_section_value(section, "density"), *box = nph_section_value(section, "box");
     const NphSceneValue *layer = nph_section_value(section, "layer");
-    if (section->chosen[0] == 0 && density) return read_density(reader, density, volume);
+    if (section->chosen[0] == 0 && density) return nph_scene_read_density(reader, density, volume);
     if (section->chosen[0] == 1 && box) {
         medium->shape = NPH_SHAPE_BOX;
         memcpy(medium->lo, box->number, sizeof medium->lo);
@@ -126,6 +126,8 @@ static NphStatus read_medium(NphSceneReader *reader, const yaml_node_t *node, in
     NPH_TRY(read_shape(reader, &section, medium, volume));
     read_coefficients(reader, &section, medium, volume);
     read_phase(reader, nph_section_value(&section, "phase"), &medium->phase);
+    const NphSceneValue *emission = nph_section_value(&section, "emission");
+    if (emission) NPH_TRY(nph_scene_read_emission(reader, emission, index));
     const NphSceneValue *transform = nph_section_value(&section, "transform");
     if (!transform) return NPH_OK;
     int layer = medium->shape == NPH_SHAPE_LAYER;

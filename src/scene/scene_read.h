@@ -8,6 +8,7 @@
 #include <yaml.h>
 
 #include "core/message.h"
+#include "field/kelvin.h"
 #include "scene/model.h"
 #include "scene/scene_keys.h"
 
@@ -30,7 +31,17 @@ typedef struct NphSceneFile {
     NphLookup lookup;
     double lo[3], hi[3];
     double scale[3]; /* of an environment */
+    int hot;          /* its values are temperatures, in these units */
+    NphKelvin kelvin;
 } NphSceneFile;
+
+/* What a medium emits; with a path: from a grid. */
+typedef struct NphSceneEmission {
+    NphSceneFile file;
+    NphScenePlace place;
+    int blackbody;
+    double kelvin; /* of one temperature everywhere */
+} NphSceneEmission;
 
 typedef enum NphVolumeKind { NPH_VOLUME_NVDB, NPH_VOLUME_NPY, NPH_VOLUME_LES, NPH_VOLUME_VOL, NPH_VOLUME_PBRT, NPH_VOLUME_VDB } NphVolumeKind;
 
@@ -47,6 +58,7 @@ typedef struct NphSceneReader {
     int bad_inputs; /* in files it names */
     NphSceneFile volumes[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
+    NphSceneEmission emissions[NPH_MAX_MEDIA];
 } NphSceneReader;
 
 typedef struct NphSceneValue {
@@ -103,6 +115,14 @@ void nph_scene_check_reach(NphSceneReader *reader, NphScenePlace place, const Np
 /* 0 after mistakes. layer: only what keeps a layer level. */
 int nph_scene_read_transform(NphSceneReader *reader, const yaml_node_t *list, int layer, double world_from_medium[12]);
 
+/* scene_emission.c: the section; then, with the medium's own file loaded, what it names; then what is left unmodelled. */
+NphStatus nph_scene_read_emission(NphSceneReader *reader, const NphSceneValue *value, int index);
+NphStatus nph_scene_load_emission(NphSceneReader *reader, int index);
+NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
+
+/* scene_media.c: a section of a density file. */
+NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume);
+
 /* scene_files.c: the path of a file named at a place; a file that cannot be read is reported as bad input. */
 NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, char **path);
 NphStatus nph_scene_load_files(NphSceneReader *reader);
@@ -112,6 +132,7 @@ NphStatus nph_scene_note(NphSceneReader *reader, const NphSceneFile *file, const
 /* scene_surfaces.c: meshes, and when all are there the hierarchy over them. */
 NphStatus nph_scene_load_meshes(NphSceneReader *reader);
 NphStatus nph_scene_build_surfaces(NphContext *context, NphScene *scene);
+NphStatus nph_scene_load_volume(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphGrid *grid);
 
 /* affine.c */
 int nph_vector_normalise(const double vector[3], double unit[3]); /* 0 for length 0 */

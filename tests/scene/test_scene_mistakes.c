@@ -176,6 +176,26 @@ static const Wrong wrong[] = {
     {HEAD "media:\n  - {layer: [1, 1], extinction: 1}\n", 4, 13, "layer is flat: from 1 to 1", 1},
     {HEAD "media:\n  - {layer: [2, 1], extinction: 1}\n", 4, 13, "layer is inverted: from 2 to 1", 1},
 
+    /* emission */
+    {MEDIUM "    emission: 3\n", 6, 15, "emission is '3'; expected a mapping", 1},
+    {MEDIUM "    emission: {radiance: 1}\n", 6, 15, "an emission lacks type (one of volume, blackbody)", 1},
+    {MEDIUM "    emission: {type: flame, radiance: 1}\n", 6, 22, "type: 'flame' is not known; allowed: volume, blackbody", 1},
+    {MEDIUM "    emission: {type: volume}\n", 6, 15, "an emission lacks radiance", 1},
+    {MEDIUM "    emission: {type: volume, radiance: -1}\n", 6, 40, "radiance is '-1'; allowed: 0 to 1e35 W/m3/sr", 1},
+    {MEDIUM "    emission: {type: volume, radiance: 1, temperature: 300}\n", 6, 43,
+     "temperature does not go with type volume, only with blackbody", 1},
+    {MEDIUM "    emission: {type: blackbody}\n", 6, 15, "an emission lacks temperature, or volume", 1},
+    {MEDIUM "    emission: {type: blackbody, temperature: 1e6}\n", 6, 46, "temperature is '1e6'; allowed: 0 to 100000 K", 1},
+    {MEDIUM "    emission: {type: blackbody, temperature: -4}\n", 6, 46, "temperature is '-4'", 1},
+    {MEDIUM "    emission: {type: blackbody, temperature: nan}\n", 6, 46, "not a finite number", 1},
+    {MEDIUM "    emission: {type: blackbody, temperature: 300, scale: 2}\n", 6, 58, "scale and offset are for a grid", 1},
+    {MEDIUM "    emission: {type: blackbody, temperature: 300, grid: heat}\n", 6, 57, "temperature and grid exclude each other", 2},
+    {MEDIUM "    emission: {type: volume, radiance: 1, grid: flame}\n", 6, 49, "this medium has none; give volume", 1},
+    {MEDIUM "    emission: {type: blackbody, volume: {file: none.npy, box: [[0, 0, 0], [1, 1, 1]]}}\n", 6, 41,
+     "a grid of temperatures goes with a medium that has a density", 1},
+    {MEDIUM "    emission: {type: volume, radiance: 1, volume: {file: none.xyz}}\n", 6, 58, "ends in none of", 1},
+    {MEDIUM "    emission: {type: volume, radiance: 1, volume: {file: none.npy}}\n", 6, 51, "a density lacks box", 2},
+
     /* phase functions */
     {MEDIUM "    phase: hg\n", 6, 12, "phase is 'hg'; expected a mapping", 1},
     {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic, hg, two_lobe, rayleigh)", 1},
