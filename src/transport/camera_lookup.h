@@ -8,6 +8,7 @@
 
 typedef struct RCameraRay {
     Real p[3], d[3];
+    Real at[3];   /* the point of the sensor: where the light samples of a flux sensor start */
     Real start;   /* metres from the sensor to p */
     Real weight;  /* 1; pi for a flux sensor */
     Real pdf;     /* of d when a light sample at the sensor could have found it (flux), else -1 */
@@ -28,8 +29,9 @@ static inline RSlab r_camera_slab(double lo, double hi, double p, double d) {
     return slab;
 }
 
-/* Distance along the ray to the box of all media, at most; 0 inside it or when it is missed. */
-static inline double r_camera_advance(const RScene *scene, const double p[3], const double d[3]) {
+/* Distance along the ray to the box of all media and meshes; R_NO_SIGHT when it is missed. */
+#define R_NO_SIGHT 1e300
+static inline double r_camera_box(const RScene *scene, const double p[3], const double d[3]) {
     const double *lo = scene->bounds_lo, *hi = scene->bounds_hi;
     RSlab x = r_camera_slab(lo[0], hi[0], p[0], d[0]), y = r_camera_slab(lo[1], hi[1], p[1], d[1]);
     RSlab z = r_camera_slab(lo[2], hi[2], p[2], d[2]);
@@ -38,22 +40,43 @@ static inline double r_camera_advance(const RScene *scene, const double p[3], co
     near = z.near > near ? z.near : near;
     far = z.far < far ? z.far : far;
     int met = (near < far) & !(x.missed | y.missed | z.missed);
-    return met ? near : 0.0;
+    return met ? near : R_NO_SIGHT;
+}
+
+/* Distance to a thousandth of the way before the first plane: still on its side in the numbers of Real. */
+static inline double r_camera_planes(const RSurfaces *surfaces, const double p[3], const double d[3]) {
+    double nearest = R_NO_SIGHT;
+    for (int i = 0; i < surfaces->plane_count; i++) {
+        double height = p[2] - surfaces->height[i], t = -height / d[2];
+        int ahead = (height > 0.0 && d[2] < 0.0) || (height < 0.0 && d[2] > 0.0);
+        nearest = ahead && t < nearest ? t : nearest;
+    }
+    return nearest < R_NO_SIGHT ? 0.999 * nearest : R_NO_SIGHT;
+}
+
+/* How far the ray is moved before it becomes Real: to what it may meet; 0 inside it, or when there is nothing. */
+static inline double r_camera_advance(const RScene *scene, const double p[3], const double d[3], int planes) {
+    double box = r_camera_box(scene, p, d), plane = planes ? r_camera_planes(&scene->surfaces, p, d) : R_NO_SIGHT;
+    double start = plane < box ? plane : box;
+    return start < R_NO_SIGHT ? start : 0.0;
 }
 
 /* A ray from p along d, of any length, to scene-local space. */
-static inline RCameraRay r_camera_start(const RScene *scene, const double p[3], const double along[3], uint32_t word) {
+static inline RCameraRay r_camera_start(const RScene *scene, const double p[3], const double along[3], uint32_t word,
+                                        int planes) {
     double inverse = 1.0 / nph_sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
     double d[3] = {along[0] * inverse, along[1] * inverse, along[2] * inverse};
-    double start = r_camera_advance(scene, p, d);
+    double start = r_camera_advance(scene, p, d, planes);
     RCameraRay ray = {{(Real)(p[0] + start * d[0]), (Real)(p[1] + start * d[1]), (Real)(p[2] + start * d[2])},
-                      {(Real)d[0], (Real)d[1], (Real)d[2]}, (Real)start, R(1.0), R(-1.0),
-                      (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->channels) >> 32)};
+                      {(Real)d[0], (Real)d[1], (Real)d[2]}, {(Real)p[0], (Real)p[1], (Real)p[2]}, (Real)start, R(1.0),
+                      R(-1.0), (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->channels) >> 32)};
     return ray;
 }
 
-/* Pinhole (perspective 1: the offset on the picture turns the ray) or parallel rays (0: it moves it). */
-static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWords words, double perspective) {
+/* Pinhole (perspective 1: the offset on the picture turns the ray) or parallel rays (0: it moves it). planes: whether
+ * the scene has any; a constant where a loop over lanes must not look at them. */
+static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWords words, double perspective,
+                                        int planes) {
     const NphSensor *sensor = &scene->sensor;
     const double *at = sensor->position, *o = scene->origin, *right = sensor->right, *up = sensor->up;
     const double *forward = sensor->forward;
@@ -64,7 +87,7 @@ static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWo
     double p[3] = {at[0] - o[0] + moves * offset[0], at[1] - o[1] + moves * offset[1], at[2] - o[2] + moves * offset[2]};
     double d[3] = {forward[0] + perspective * offset[0], forward[1] + perspective * offset[1],
                    forward[2] + perspective * offset[2]};
-    return r_camera_start(scene, p, d, words.w2);
+    return r_camera_start(scene, p, d, words.w2, planes);
 }
 
 /* A flux sensor: from its rectangle, cosine distributed around its normal. */
@@ -79,7 +102,7 @@ static inline RCameraRay r_camera_flux(const RScene *scene, int x, int y, NphWor
         p[a] = sensor->position[a] - scene->origin[a] + (s * sensor->right[a] + t * sensor->up[a]);
         d[a] = across * (turn_cos * sensor->right[a] + turn_sin * sensor->up[a]) + cosine * sensor->forward[a];
     }
-    RCameraRay ray = r_camera_start(scene, p, d, words.w2);
+    RCameraRay ray = r_camera_start(scene, p, d, words.w2, scene->surfaces.plane_count > 0);
     ray.weight = R(3.14159265358979323846);
     ray.pdf = (Real)(cosine * 0.31830988618379067154);
     return ray;
@@ -89,7 +112,7 @@ static inline void r_camera_ray(const RScene *scene, int x, int y, const RStream
     NphWords words = r_words(stream, 0);
     int kind = scene->sensor.kind;
     if (kind == NPH_SENSOR_FLUX) *ray = r_camera_flux(scene, x, y, words, r_words(stream, 1));
-    else *ray = r_camera_plain(scene, x, y, words, kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0);
+    else *ray = r_camera_plain(scene, x, y, words, kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0, scene->surfaces.plane_count > 0);
 }
 
 #endif

@@ -37,6 +37,29 @@ static const char *const scenes[] = {
     "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 2.5], direction: [0, 0, -1], up: [0, 1, 0], extent: 1}\n"
     "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: isotropic}}\n"
     "lights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1}\n  - {type: constant, radiance: 0.3}\n",
+    /* a grid over a plane, a mesh within it */
+    CAMERA "media:\n"
+           "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 40, albedo: 0.99, phase: {type: hg, g: 0.85}}\n"
+           "surfaces:\n  - {plane: -0.1, albedo: 0.7}\n"
+           "  - {mesh: ../data/mesh/suzanne.obj, albedo: 0.4, transform: [{scale: 0.3}, {translate: [0.3, 0.3, 0.4]}]}\n"
+           "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n  - {type: constant, radiance: [0.1, 0.2, 0.3], hemisphere: upper}\n",
+    /* coloured surfaces make grey media three channels */
+    CAMERA "media:\n"
+           "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 2, albedo: 0.9, phase: {type: two_lobe, g: 0.8, g2: -0.3, weight: 0.7}}\n"
+           "  - {layer: [-3, 0.2], extinction: [0.1, 0.2, 0], albedo: 0.5, phase: {type: rayleigh}}\n"
+           "surfaces:\n  - {plane: -1, albedo: [0.1, 0.5, 1]}\n  - {plane: -2, albedo: 1}\n"
+           "  - {mesh: ../data/mesh/teapot.obj, albedo: [1, 0.5, 0.2], transform: [{scale: 0.15}, {translate: [0.5, 0.5, 0.2]}]}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
+           "  - {type: point, position: [0.5, 0.5, 1.5], intensity: [1, 2, 3]}\n",
+    /* weighed flights that end at surfaces */
+    CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 20, albedo: 0.6}\n"
+           "surfaces:\n  - {plane: 0.1, albedo: 0.9}\n"
+           "lights:\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n",
+    /* a flux sensor between a plane and a mesh, in a layer */
+    "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 0.5], direction: [0.1, 0, 1], up: [0, 1, 0], extent: 1}\n"
+    "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: hg, g: 0.5}}\n"
+    "surfaces:\n  - {plane: 0.2, albedo: 0.8}\n  - {mesh: ../data/mesh/suzanne.obj, transform: [{scale: 0.3}, {translate: [0, 0, 1]}]}\n"
+    "lights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1}\n  - {type: constant, radiance: 0.3}\n",
 };
 
 /* All stages over one batch, as the method runs them. */

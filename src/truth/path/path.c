@@ -132,7 +132,7 @@ static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_
     while (k->count(batch) > 0) {
         NPH_LAUNCH(counts, NPH_PATH_TRACK, k->count(batch), k->track(batch));
         NPH_LAUNCH(counts, NPH_PATH_ESCAPE, k->count(batch), k->escape(batch));
-        for (int l = 0; l < lights && choice->transport.scatters; l++)
+        for (int l = 0; l < lights && (choice->transport.scatters || choice->transport.reflects); l++)
             if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));
         NPH_LAUNCH(counts, NPH_PATH_SCATTER, k->count(batch), k->scatter(batch));
     }

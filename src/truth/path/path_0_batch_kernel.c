@@ -56,6 +56,10 @@ static size_t place(NphPathBatch *batch, char *memory) {
     PLACE(batch->survived, reals);
     PLACE(batch->walked, reals);
     PLACE(batch->medium, ints);
+    PLACE(batch->surface, ints);
+    for (int a = 0; a < 3; a++) PLACE(batch->surface_p[a], reals);
+    for (int a = 0; a < 3; a++) PLACE(batch->surface_n[a], reals);
+    PLACE(batch->surface_t, reals);
     PLACE(batch->queue, ints);
     PLACE(batch->escaped, ints);
     for (int a = 0; a < 3; a++) PLACE(batch->ray[a], reals);

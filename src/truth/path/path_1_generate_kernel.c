@@ -19,7 +19,7 @@ R_OUTLINE void generate_lanes(const RScene *restrict constant, const RTile *rest
     double perspective = scene->sensor.kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0;
     for (int i = 0; i < NPH_PATH_BATCH; i++) { /* vec */
         NphWords words = r_tile_words(&tile, i, 0);
-        RCameraRay ray = r_camera_plain(scene, tile.x + ((i >> 4) & 15), tile.y + (i >> 8), words, perspective);
+        RCameraRay ray = r_camera_plain(scene, tile.x + ((i >> 4) & 15), tile.y + (i >> 8), words, perspective, 0);
         to[R_OF_P * NPH_PATH_BATCH + i] = ray.p[0];
         to[(R_OF_P + 1) * NPH_PATH_BATCH + i] = ray.p[1];
         to[(R_OF_P + 2) * NPH_PATH_BATCH + i] = ray.p[2];
@@ -39,7 +39,8 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
     int count = 0, whole = batch->inside[0] <= batch->tile_x && batch->inside[1] <= batch->tile_y &&
                            batch->inside[2] >= batch->tile_x + NPH_TILE && batch->inside[3] >= batch->tile_y + NPH_TILE;
     batch->vertex = 0;
-    if (whole && scene->channels == 1 && scene->sensor.kind != NPH_SENSOR_FLUX) {
+    if (whole && scene->channels == 1 && scene->sensor.kind != NPH_SENSOR_FLUX &&
+        scene->surfaces.plane_count == 0) {
         RStream stream = r_stream(scene, NPH_RNG_GENERATE, 0, 0, 0);
         RTile tile = r_tile(batch, &stream, NPH_PATH_BATCH, 0);
         generate_lanes(scene, &tile, paths->p[0], batch->start);
@@ -57,6 +58,7 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
         for (int a = 0; a < 3; a++) {
             paths->p[a][count] = ray.p[a];
             paths->d[a][count] = ray.d[a];
+            batch->ray[a][count] = ray.at[a];
         }
         for (int c = 0; c < scene->channels; c++) {
             paths->weight[c][count] = ray.weight;

@@ -1,12 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * path.track: one whole free flight of every path. Each medium proposes its first collision, none beyond the nearest
- * so far; the nearest is the path's [superposition of Poisson processes]. For chromatic media the flight is walked once
+ * so far; the nearest is the path's [superposition of Poisson processes]. None beyond the nearest surface either: a path
+ * whose media let it through is there. For chromatic media the flight is walked once
  * more up to where it ended, to tell what the other channels would have made of it.
- * [paths.p, d, hero -> distance, medium, paths.weight, share; queue, escaped] */
+ * [paths.p, d, hero -> distance, medium, surface, paths.weight, share; queue, escaped] */
 #include "truth/path/path_lanes.h"
 
 void NPH_KERNEL(nph_path_track)(NphPathBatch *batch);
+
+/* The nearest surface of every path limits its flight; `distance` is that limit. */
+static void meet_surfaces(NphPathBatch *batch) {
+    const RPaths *paths = &batch->paths[batch->now];
+    for (int i = 0; i < batch->count; i++) {
+        Real p[3] = {paths->p[0][i], paths->p[1][i], paths->p[2][i]};
+        Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
+        RMet met;
+        batch->surface[i] = -1;
+        if (!r_closest_surface(batch->scene, p, d, R_HUGE, &met)) continue;
+        batch->surface[i] = met.surface;
+        batch->distance[i] = met.limit;
+        batch->surface_t[i] = met.t;
+        for (int a = 0; a < 3; a++) {
+            batch->surface_p[a][i] = met.p[a];
+            batch->surface_n[a][i] = met.n[a];
+        }
+    }
+}
 
 /* What the channels' factors do to throughput and shares: share_c f_c, normalised to mean 1. */
 static void apply_factors(RPaths *paths, int i, const Real factor[3]) {
@@ -24,12 +44,11 @@ static void track_factors(NphPathBatch *batch, int i, const Real p[3], const Rea
     RPaths *paths = &batch->paths[batch->now];
     Real factor[3] = {R(1.0), R(1.0), R(1.0)};
     int hero = paths->hero[i], hit = batch->medium[i];
-    Real limit = hit >= 0 ? batch->distance[i] : R_HUGE;
     for (int m = 0; m < scene->medium_count; m++) {
         const RMedium *medium = &scene->media[m];
         if (medium->sigma[0] == medium->sigma[1] && medium->sigma[0] == medium->sigma[2]) continue;
         REvents events = r_events(stream, 0, medium->number);
-        r_flight_factors(medium, p, d, limit, hero, &events, factor);
+        r_flight_factors(medium, p, d, batch->distance[i], hero, &events, factor);
     }
     if (hit >= 0) {
         const RMedium *medium = &scene->media[hit];
@@ -84,8 +103,6 @@ static void track_grey(NphPathBatch *batch) {
     const RScene *scene = batch->scene;
     RPaths *paths = &batch->paths[batch->now];
     RStream stream = r_stream(scene, NPH_RNG_TRACK, 0, 0, batch->vertex);
-    for (int i = 0; i < batch->count; i++) batch->distance[i] = R_HUGE;
-    for (int i = 0; i < batch->count; i++) batch->medium[i] = -1;
     for (int i = 0; i < batch->count && scene->weighed; i++) {
         batch->survived[i] = R(1.0);
         batch->walked[i] = R(0.0);
@@ -121,7 +138,7 @@ static void track_wide(NphPathBatch *batch) {
         Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
         RStream stream = r_stream(scene, NPH_RNG_TRACK, r_pixel(batch, paths->id[i]), r_sample(batch, paths->id[i]),
                                   batch->vertex);
-        Real nearest = R_HUGE;
+        Real nearest = batch->distance[i];
         int hit = -1;
         for (int m = 0; m < scene->medium_count; m++) {
             REvents events = r_events(&stream, 0, scene->media[m].number);
@@ -135,8 +152,22 @@ static void track_wide(NphPathBatch *batch) {
     }
 }
 
+/* Of those that do not collide the ones at surfaces join the queue. */
+static void part_touched(NphPathBatch *batch) {
+    int all = batch->left;
+    batch->left = 0;
+    for (int k = 0; k < all; k++) {
+        int i = batch->escaped[k];
+        if (batch->surface[i] >= 0) batch->queue[batch->queued + batch->touched++] = i;
+        else batch->escaped[batch->left++] = i;
+    }
+}
+
 void NPH_KERNEL(nph_path_track)(NphPathBatch *batch) {
     int queued = 0, left = 0;
+    for (int i = 0; i < batch->count; i++) batch->distance[i] = R_HUGE;
+    for (int i = 0; i < batch->count; i++) batch->medium[i] = -1;
+    if (batch->scene->surfaces.count > 0) meet_surfaces(batch);
     if (batch->scene->channels > 1) track_wide(batch);
     else track_grey(batch);
     for (int i = 0; i < batch->count; i++) {
@@ -146,6 +177,8 @@ void NPH_KERNEL(nph_path_track)(NphPathBatch *batch) {
         left += batch->medium[i] < 0;
     }
     batch->queued = queued;
+    batch->touched = 0;
     batch->left = left;
+    if (batch->scene->surfaces.count > 0) part_touched(batch);
     batch->tally.collisions += queued;
 }

@@ -1,68 +1,64 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * path.shadow: at each collision one sample of a light, its transmittance by ratio tracking through every medium, and
- * what scatters towards the path: weight * albedo * p(cos) * T * L / pdf, weighted against finding the light by the
- * phase function. At a flux sensor the same with the cosine's density in place of the phase function.
- * [paths, queue, distance, medium -> samples] */
+ * path.shadow: at each vertex one sample of a light, whether a surface hides it, its transmittance by ratio tracking
+ * through every medium, and what scatters towards the path: weight * albedo * p(cos) * T * L / pdf, weighted against
+ * finding the light by the phase function. On surfaces and at a flux sensor the same with max(0, cos) / pi in place of the
+ * phase function. [paths, queue, distance, medium, surface -> samples] */
 #include "truth/path/path_lanes.h"
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_shadow)(NphPathBatch *batch, int light, int at_sensor);
 
-/* Density with which the vertex scatters into direction to. */
-static Real vertex_density(const NphPathBatch *batch, int i, const Real d[3], const Real to[3], int at_sensor) {
-    const RScene *scene = batch->scene;
-    if (at_sensor) {
-        const double *n = scene->sensor.forward;
-        Real cosine = to[0] * (Real)n[0] + to[1] * (Real)n[1] + to[2] * (Real)n[2];
-        return r_max(cosine, R(0.0)) * R(0.31830988618379067154);
+/* The vertex of path i: its next one, or the point of the flux sensor where it began. */
+static void vertex_of(const NphPathBatch *batch, int i, int at_sensor, RVertex *vertex) {
+    const RPaths *paths = &batch->paths[batch->now];
+    if (!at_sensor) {
+        r_path_vertex(batch, i, vertex);
+        return;
     }
-    return r_phase_at(&scene->media[batch->medium[i]].phase, r_angle_between(d, to));
+    Real p[3] = {batch->ray[0][i], batch->ray[1][i], batch->ray[2][i]};
+    Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
+    r_vertex_at_sensor(&batch->scene->sensor, p, d, vertex);
 }
 
 /* The balance heuristic against the density with which the vertex itself would find the light. */
-static Real balance_of(const NphPathBatch *batch, int i, const Real d[3], const RLightSample *sample, Real density,
-                       int at_sensor) {
+static Real balance_of(const NphPathBatch *batch, int i, const RVertex *vertex, const RLightSample *sample, Real value) {
     if (sample->pdf < R(0.0)) return R(1.0);
-    const RScene *scene = batch->scene;
     const RPaths *paths = &batch->paths[batch->now];
     Real weight = R(0.0);
-    for (int c = 0; c < scene->channels; c++) weight = r_max(weight, paths->weight[c][i]);
-    if (!at_sensor) density = r_scatter_density(scene, &scene->media[batch->medium[i]].phase, d, sample->d, weight);
-    return sample->pdf / (sample->pdf + density);
+    for (int c = 0; c < batch->scene->channels; c++) weight = r_max(weight, paths->weight[c][i]);
+    return sample->pdf / (sample->pdf + r_vertex_density(batch->scene, vertex, sample->d, value, weight));
 }
 
-/* Grey transport, 1: a light sample for each vertex, and what it would add unhindered. passed: 1, or 0 where that is
- * nothing. */
-static void sample_grey(NphPathBatch *batch, int light_number, int count, int at_sensor, uint32_t vertex) {
+/* Grey transport, 1: a light sample for each vertex from number `first` of the queue on, and what it would add unhindered.
+ * passed: 1, or 0 where that is nothing. */
+static void sample_grey(NphPathBatch *batch, int light_number, int first, int count, int at_sensor, uint32_t number) {
     const RScene *scene = batch->scene;
     const RLight *light = &scene->lights[light_number];
     const RPaths *paths = &batch->paths[batch->now];
-    for (int k = 0; k < count; k++) {
+    for (int k = first; k < count; k++) {
         int i = at_sensor ? k : batch->queue[k];
         int32_t id = paths->id[i];
-        Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]}, p[3];
-        Real travelled = at_sensor ? R(0.0) : batch->distance[i];
-        for (int a = 0; a < 3; a++) p[a] = paths->p[a][i] + travelled * d[a];
-        RStream stream = r_stream(scene, NPH_RNG_LIGHT, r_pixel(batch, id), r_sample(batch, id), vertex);
+        RVertex vertex;
+        vertex_of(batch, i, at_sensor, &vertex);
+        RStream stream = r_stream(scene, NPH_RNG_LIGHT, r_pixel(batch, id), r_sample(batch, id), number);
         stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT;
         RLightSample sample;
-        r_sample_light(light, p, &stream, &sample);
-        Real density = vertex_density(batch, i, d, sample.d, at_sensor);
-        Real balance = balance_of(batch, i, d, &sample, density, at_sensor);
-        Real albedo = at_sensor ? R(1.0) : scene->media[batch->medium[i]].albedo[0];
-        Real weight = paths->weight[0][i] * albedo * density * balance;
+        r_sample_light(light, vertex.p, &stream, &sample);
+        Real value = r_vertex_value(&vertex, sample.d);
+        Real balance = balance_of(batch, i, &vertex, &sample, value);
+        Real weight = paths->weight[0][i] * vertex.albedo[0] * value * balance;
         Real largest = R(0.0);
         for (int c = 0; c < 3; c++) {
             batch->arriving[c][k] = sample.value[c];
             largest = r_max(largest, weight * sample.value[c]);
         }
         for (int a = 0; a < 3; a++) {
-            batch->ray[a][k] = p[a];
+            batch->ray[a][k] = vertex.p[a];
             batch->towards[a][k] = sample.d[a];
         }
         batch->reach[k] = sample.distance;
-        int doubtful = !at_sensor && light->kind != NPH_LIGHT_ENVIRONMENT;
+        int doubtful = vertex.phase && light->kind != NPH_LIGHT_ENVIRONMENT;
         Real chance = doubtful ? r_light_chance(scene->least_light, weight) : R(1.0);
         batch->carried[k] = weight / chance;
         batch->ray_id[k] = id;
@@ -136,7 +132,16 @@ R_OUTLINE void pass_homogeneous(const RMedium *restrict medium, const Real *rest
     }
 }
 
-/* 2: their transmittances. */
+/* 2: what surfaces hide. */
+static void hide_grey(NphPathBatch *batch, int count) {
+    for (int k = 0; k < count; k++) {
+        Real p[3] = {batch->ray[0][k], batch->ray[1][k], batch->ray[2][k]};
+        Real d[3] = {batch->towards[0][k], batch->towards[1][k], batch->towards[2][k]};
+        if (batch->passed[k] > R(0.0) && r_blocked(batch->scene, p, d, batch->reach[k])) batch->passed[k] = R(0.0);
+    }
+}
+
+/* 3: their transmittances. */
 static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light_number, int count) {
     const RScene *scene = batch->scene;
     const RMedium *medium = &scene->media[m];
@@ -170,14 +175,14 @@ static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light
 
 static void shadow_grey(NphPathBatch *batch, int light_number, int at_sensor) {
     const RScene *scene = batch->scene;
-    int count = at_sensor ? batch->count : batch->queued;
+    int count = at_sensor ? batch->count : batch->queued + batch->touched;
     uint32_t vertex = batch->vertex + (at_sensor ? 0u : 1u);
     RStream stream = r_stream(scene, NPH_RNG_SHADOW, 0, 0, vertex);
     const RLight *light = &scene->lights[light_number];
-    if (light->kind == NPH_LIGHT_SUN && !(light->disc.width > R(0.0)) && scene->medium_count == 1 && !at_sensor)
-        sample_sun(batch, light_number, vertex);
-    else
-        sample_grey(batch, light_number, count, at_sensor, vertex);
+    int sun = light->kind == NPH_LIGHT_SUN && !(light->disc.width > R(0.0)) && scene->medium_count == 1 && !at_sensor;
+    if (sun) sample_sun(batch, light_number, vertex);
+    sample_grey(batch, light_number, sun ? batch->queued : 0, count, at_sensor, vertex);
+    if (scene->surfaces.count > 0) hide_grey(batch, count);
     for (int m = 0; m < scene->medium_count; m++) pass_grey(batch, m, &stream, light_number, count);
     for (int k = 0; k < count; k++) {
         Real arrives = batch->carried[k] * batch->passed[k];
@@ -191,39 +196,38 @@ static void shadow_wide(NphPathBatch *batch, int light_number, int at_sensor) {
     const RScene *scene = batch->scene;
     const RLight *light = &scene->lights[light_number];
     const RPaths *paths = &batch->paths[batch->now];
-    int count = at_sensor ? batch->count : batch->queued;
-    uint32_t vertex = batch->vertex + (at_sensor ? 0u : 1u);
+    int count = at_sensor ? batch->count : batch->queued + batch->touched;
+    uint32_t number = batch->vertex + (at_sensor ? 0u : 1u);
     for (int k = 0; k < count; k++) {
         int i = at_sensor ? k : batch->queue[k];
         int32_t id = paths->id[i];
-        Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]}, p[3];
-        Real travelled = at_sensor ? R(0.0) : batch->distance[i];
-        for (int a = 0; a < 3; a++) p[a] = paths->p[a][i] + travelled * d[a];
-        RStream stream = r_stream(scene, NPH_RNG_LIGHT, r_pixel(batch, id), r_sample(batch, id), vertex);
+        RVertex vertex;
+        vertex_of(batch, i, at_sensor, &vertex);
+        RStream stream = r_stream(scene, NPH_RNG_LIGHT, r_pixel(batch, id), r_sample(batch, id), number);
         stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT;
         RLightSample sample;
-        r_sample_light(light, p, &stream, &sample);
-        Real density = vertex_density(batch, i, d, sample.d, at_sensor);
-        Real balance = balance_of(batch, i, d, &sample, density, at_sensor);
+        r_sample_light(light, vertex.p, &stream, &sample);
+        Real value = r_vertex_value(&vertex, sample.d);
+        Real balance = balance_of(batch, i, &vertex, &sample, value);
         Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0), most = R(0.0);
         for (int c = 0; c < 3; c++) {
-            Real albedo = at_sensor ? R(1.0) : scene->media[batch->medium[i]].albedo[c];
-            weight[c] = paths->weight[c][i] * albedo * density * balance;
+            weight[c] = paths->weight[c][i] * vertex.albedo[c] * value * balance;
             largest = r_max(largest, weight[c] * sample.value[c]);
             most = r_max(most, weight[c]);
         }
         if (!(largest > R(0.0))) continue;
-        int doubtful = !at_sensor && light->kind != NPH_LIGHT_ENVIRONMENT;
+        int doubtful = vertex.phase && light->kind != NPH_LIGHT_ENVIRONMENT;
         Real chance = doubtful ? r_light_chance(scene->least_light, most) : R(1.0);
         if (!(sample.chance < chance)) continue;
+        if (scene->surfaces.count > 0 && r_blocked(scene, vertex.p, sample.d, sample.distance)) continue;
         for (int c = 0; c < 3; c++) weight[c] /= chance;
-        stream = r_stream(scene, NPH_RNG_SHADOW, stream.pixel, stream.sample, vertex);
+        stream = r_stream(scene, NPH_RNG_SHADOW, stream.pixel, stream.sample, number);
         for (int m = 0; m < scene->medium_count && T[0] + T[1] + T[2] > R(0.0); m++) {
             REvents events = r_events(&stream, light_number, scene->media[m].number);
-            r_transmittance(&scene->media[m], p, sample.d, sample.distance, scene, &events, T, &batch->tally);
+            r_transmittance(&scene->media[m], vertex.p, sample.d, sample.distance, scene, &events, T, &batch->tally);
         }
         for (int c = 0; c < 3; c++) weight[c] *= T[c];
-        r_add_light(batch, id, weight, sample.value, vertex);
+        r_add_light(batch, id, weight, sample.value, number);
     }
 }
 

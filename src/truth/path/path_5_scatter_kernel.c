@@ -3,8 +3,8 @@
  * path.scatter: a collision takes its albedo, may end the path by roulette (below `roulette` it survives with
  * probability weight / (2 roulette), keeping the mean), and turns into a direction of the phase function. Survivors are
  * written one after the other into the other set of paths. At albedo 1 no weight falls and no path is ended: it leaves
- * through the surface, after sigma 4V/S collisions in the mean.
- * [paths, queue, distance, medium -> the other paths; samples at the first collision] */
+ * through the surface, after sigma 4V/S collisions in the mean. On surfaces directions have the density cos / pi.
+ * [paths, queue, distance, medium, surface -> the other paths; samples at the first vertex] */
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch);
@@ -90,29 +90,29 @@ static int scatter_lanes(NphPathBatch *batch, uint32_t vertex) {
     return close_ranks(batch, from, to);
 }
 
-static int scatter_any(NphPathBatch *batch, uint32_t vertex) {
+/* Vertex k of the queue, for k from first to end; survivors are written to `to` from place count on. */
+static int scatter_any(NphPathBatch *batch, int first, int end, int count, uint32_t number) {
     const RScene *scene = batch->scene;
     const RPaths *from = &batch->paths[batch->now];
     RPaths *to = &batch->paths[1 - batch->now];
-    int count = 0;
-    for (int k = 0; k < batch->queued; k++) {
+    for (int k = first; k < end; k++) {
         int i = batch->queue[k];
         int32_t id = from->id[i];
-        const RMedium *medium = &scene->media[batch->medium[i]];
-        RStream stream = r_stream(scene, NPH_RNG_SCATTER, r_pixel(batch, id), r_sample(batch, id), vertex);
+        RVertex vertex;
+        r_path_vertex(batch, i, &vertex);
+        RStream stream = r_stream(scene, NPH_RNG_SCATTER, r_pixel(batch, id), r_sample(batch, id), number);
         NphWords words = r_words(&stream, 0);
-        Real d[3] = {from->d[0][i], from->d[1][i], from->d[2][i]};
         Real weight[3], largest = R(0.0), before = R(0.0);
         for (int c = 0; c < scene->channels; c++) before = r_max(before, from->weight[c][i]);
-        RTurned turned = r_turn_any(scene, &medium->phase, d, words, before);
+        RTurned turned = r_vertex_turn(scene, &vertex, words, before);
         for (int c = 0; c < scene->channels; c++) {
-            weight[c] = from->weight[c][i] * medium->albedo[c] * turned.weight;
+            weight[c] = from->weight[c][i] * vertex.albedo[c] * turned.weight;
             largest = r_max(largest, weight[c]);
         }
         Real survival = r_survival(scene->roulette, largest, turned.peak);
-        if (!(r_uniform(words.w3) < survival)) continue;
+        if (!(largest > R(0.0) && r_uniform(words.w3) < survival)) continue;
         for (int a = 0; a < 3; a++) {
-            to->p[a][count] = from->p[a][i] + batch->distance[i] * d[a];
+            to->p[a][count] = vertex.p[a];
             to->d[a][count] = turned.d[a];
         }
         for (int c = 0; c < scene->channels; c++) {
@@ -127,21 +127,28 @@ static int scatter_any(NphPathBatch *batch, uint32_t vertex) {
     return count;
 }
 
-void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
+/* What camera rays tell of their first vertex: how far it is, and, where flights are weighed, with which weight. */
+static void note_first(NphPathBatch *batch) {
     const RScene *scene = batch->scene;
     const RPaths *from = &batch->paths[batch->now];
-    uint32_t vertex = batch->vertex + 1u;
     Real camera = scene->sensor.kind == NPH_SENSOR_FLUX ? R(3.14159265358979323846) : R(1.0);
-    for (int k = 0; k < batch->queued && vertex == 1; k++) {
-        int i = batch->queue[k];
+    for (int k = 0; k < batch->queued + batch->touched; k++) {
+        int i = batch->queue[k], in = batch->medium[i];
         int32_t id = from->id[i];
-        Real collided = R(1.0), travelled = batch->start[id] + batch->distance[i];
-        if (scene->weighed) collided = from->weight[0][i] / camera / scene->media[0].collide;
-        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = scene->weighed ? collided * travelled : travelled;
-        batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = collided;
+        Real weight = R(1.0), travelled = batch->start[id] + (in >= 0 ? batch->distance[i] : batch->surface_t[i]);
+        if (scene->weighed) weight = from->weight[0][i] / camera / (in >= 0 ? scene->media[0].collide : R(1.0));
+        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = scene->weighed ? weight * travelled : travelled;
+        batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = weight;
     }
-    int lanes = scene->channels == 1 && scene->medium_count == 1;
-    int count = lanes ? scatter_lanes(batch, vertex) : scatter_any(batch, vertex);
+}
+
+void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch) {
+    const RScene *scene = batch->scene;
+    uint32_t vertex = batch->vertex + 1u;
+    int queued = batch->queued, lanes = scene->channels == 1 && scene->medium_count == 1;
+    if (vertex == 1) note_first(batch);
+    int count = lanes ? scatter_lanes(batch, vertex) : scatter_any(batch, 0, queued, 0, vertex);
+    count = scatter_any(batch, queued, queued + batch->touched, count, vertex);
     batch->now = 1 - batch->now;
     batch->count = count;
     batch->vertex = vertex;

@@ -47,8 +47,8 @@ static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, 
     if (choice->weighed > 0.0)
         NPH_TRY(nph_plan_add(context, plan, "left out", "collisions", 0,
                              "those that absorb: flights are weighed instead, no light is sampled at vertices"));
-    if (!choice->transport.scatters)
-        NPH_TRY(nph_plan_add(context, plan, "left out", "path.shadow", 0, "at collisions: every albedo is 0"));
+    if (!choice->transport.scatters && !choice->transport.reflects)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "path.shadow", 0, "at vertices: every albedo is 0"));
     return NPH_OK;
 }
 

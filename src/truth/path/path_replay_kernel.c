@@ -51,10 +51,10 @@ static void add(Replay *r, const Real weight[3], const Real radiance[3]) {
     r->field[NPH_SAMPLE_ORDER] += (Real)r->vertex * r_luminance(light);
 }
 
-/* The nearest of the media's collisions; its medium's position in the list, or -1. */
-static int fly(Replay *r, Real *distance) {
+/* The nearest of the media's collisions before limit; its medium's position in the list, or -1. */
+static int fly(Replay *r, Real limit, Real *distance) {
     RStream stream = stream_of(r, NPH_RNG_TRACK);
-    Real nearest = R_HUGE;
+    Real nearest = limit;
     int hit = -1;
     for (int m = 0; m < r->scene->medium_count; m++) {
         REvents events = r_events(&stream, 0, r->scene->media[m].number);
@@ -110,64 +110,61 @@ static Real throughput(const Replay *r) {
     return largest;
 }
 
-/* A light sample at p; medium NULL stands for a flux sensor, whose density is a cosine's. */
-static void sample_light(Replay *r, int number, const RMedium *medium, const Real p[3]) {
+/* A light sample of a vertex: in a medium, on a surface, or of the flux sensor. */
+static void sample_light(Replay *r, int number, const RVertex *vertex) {
     const RLight *light = &r->scene->lights[number];
     RStream stream = stream_of(r, NPH_RNG_LIGHT);
     stream.draw = (uint32_t)number << NPH_DRAW_LIGHT_SHIFT;
     RLightSample s;
-    r_sample_light(light, p, &stream, &s);
-    const double *n = r->scene->sensor.forward;
-    Real cosine = s.d[0] * (Real)n[0] + s.d[1] * (Real)n[1] + s.d[2] * (Real)n[2];
-    Real density = medium ? r_phase_at(&medium->phase, r_angle_between(r->d, s.d))
-                          : r_max(cosine, R(0.0)) * R(0.31830988618379067154);
-    Real found = medium && s.pdf >= R(0.0) ? r_scatter_density(r->scene, &medium->phase, r->d, s.d, throughput(r)) : density;
-    Real balance = s.pdf < R(0.0) ? R(1.0) : s.pdf / (s.pdf + found);
-    Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0);
+    r_sample_light(light, vertex->p, &stream, &s);
+    Real value = r_vertex_value(vertex, s.d), balance = R(1.0);
+    if (s.pdf >= R(0.0)) balance = s.pdf / (s.pdf + r_vertex_density(r->scene, vertex, s.d, value, throughput(r)));
+    Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0), most = R(0.0);
     for (int c = 0; c < 3; c++) {
-        weight[c] = r->weight[c] * (medium ? medium->albedo[c] : R(1.0)) * density * balance;
+        weight[c] = r->weight[c] * vertex->albedo[c] * value * balance;
         largest = r_max(largest, weight[c] * s.value[c]);
+        most = c < r->scene->channels ? r_max(most, weight[c]) : most;
     }
     if (!(largest > R(0.0))) return;
-    Real chance = R(1.0);
-    if (medium && light->kind != NPH_LIGHT_ENVIRONMENT) {
-        Real most = R(0.0);
-        for (int c = 0; c < r->scene->channels; c++) most = r_max(most, weight[c]);
-        chance = r_light_chance(r->scene->least_light, most);
-    }
+    int doubtful = vertex->phase && light->kind != NPH_LIGHT_ENVIRONMENT;
+    Real chance = doubtful ? r_light_chance(r->scene->least_light, most) : R(1.0);
     if (!(s.chance < chance)) return;
     for (int c = 0; c < 3; c++) weight[c] /= chance;
+    if (r->scene->surfaces.count > 0 && r_blocked(r->scene, vertex->p, s.d, s.distance)) {
+        tell(r, "    light %d: behind a surface", number);
+        return;
+    }
     stream = stream_of(r, NPH_RNG_SHADOW);
     for (int m = 0; m < r->scene->medium_count; m++) {
         REvents events = r_events(&stream, number, r->scene->media[m].number);
-        r_transmittance(&r->scene->media[m], p, s.d, s.distance, r->scene, &events, T, &r->tally);
+        r_transmittance(&r->scene->media[m], vertex->p, s.d, s.distance, r->scene, &events, T, &r->tally);
         if (r->scene->channels == 1) T[1] = T[2] = T[0];
         if (!(T[0] + T[1] + T[2] > R(0.0))) break;
     }
     for (int c = 0; c < 3; c++) weight[c] *= T[c];
     add(r, weight, s.value);
     tell(r, "    light %d: transmittance %.9g, density %.6g, weight %.6g; adds %.9g %.9g %.9g", number, (double)T[0],
-         (double)density, (double)balance, (double)(weight[0] * s.value[0]), (double)(weight[1] * s.value[1]),
+         (double)value, (double)balance, (double)(weight[0] * s.value[0]), (double)(weight[1] * s.value[1]),
          (double)(weight[2] * s.value[2]));
 }
 
-static void sample_lights(Replay *r, const RMedium *medium, const Real p[3]) {
+static void sample_lights(Replay *r, const RVertex *vertex) {
     for (int l = 0; l < r->scene->light_count; l++)
-        if (r->scene->lights[l].sampled) sample_light(r, l, medium, p);
+        if (r->scene->lights[l].sampled) sample_light(r, l, vertex);
 }
 
 /* Albedo, roulette, new direction; 0 when the path ends. */
-static int scatter(Replay *r, const RMedium *medium) {
+static int scatter(Replay *r, const RVertex *vertex) {
     RStream stream = stream_of(r, NPH_RNG_SCATTER);
     NphWords words = r_words(&stream, 0);
     Real largest = R(0.0);
-    RTurned turned = r_turn_any(r->scene, &medium->phase, r->d, words, throughput(r));
+    RTurned turned = r_vertex_turn(r->scene, vertex, words, throughput(r));
     for (int c = 0; c < 3; c++) {
-        r->weight[c] = r->weight[c] * medium->albedo[c] * turned.weight;
+        r->weight[c] = r->weight[c] * vertex->albedo[c] * turned.weight;
         largest = c < r->scene->channels ? r_max(largest, r->weight[c]) : largest;
     }
     Real survival = r_survival(r->scene->roulette, largest, turned.peak);
-    if (!(r_uniform(words.w3) < survival)) {
+    if (!(largest > R(0.0) && r_uniform(words.w3) < survival)) {
         tell(r, "  ends: %s", largest > R(0.0) ? "roulette" : "absorbed");
         return 0;
     }
@@ -180,27 +177,45 @@ static int scatter(Replay *r, const RMedium *medium) {
     return 1;
 }
 
+/* What a camera ray tells of its first vertex; collide: what the medium leaves of its weight, 1 on surfaces. */
+static void note_first(Replay *r, Real travelled, Real collide) {
+    Real weight = r->weight[0] / r->camera_weight / collide;
+    r->field[NPH_SAMPLE_DISTANCE] = r->scene->weighed ? weight * travelled : travelled;
+    r->field[NPH_SAMPLE_COLLIDED] = r->scene->weighed ? weight : R(1.0);
+}
+
+/* One flight, to a collision or, when media let it through, to the nearest surface; 0 when the path leaves. */
+static int advance(Replay *r, Real start, RVertex *vertex) {
+    const RScene *scene = r->scene;
+    RMet met = {.surface = -1};
+    int touches = scene->surfaces.count > 0 && r_closest_surface(scene, r->p, r->d, R_HUGE, &met);
+    Real distance;
+    int hit = fly(r, touches ? met.limit : R_HUGE, &distance);
+    if (scene->channels > 1) reweigh(r, hit, distance);
+    if (hit < 0 && !touches) {
+        leave(r);
+        return 0;
+    }
+    if (r->vertex == 0) note_first(r, start + (hit >= 0 ? distance : met.t), hit >= 0 ? scene->media[hit].collide : R(1.0));
+    r->vertex++;
+    if (hit >= 0) {
+        Real p[3] = {r->p[0] + distance * r->d[0], r->p[1] + distance * r->d[1], r->p[2] + distance * r->d[2]};
+        r_vertex_in_medium(&scene->media[hit], p, r->d, vertex);
+    } else {
+        r_vertex_on_surface(scene->surfaces.albedo[met.surface], met.p, met.n, r->d, vertex);
+    }
+    for (int a = 0; a < 3; a++) r->p[a] = vertex->p[a];
+    tell(r, "  %s %u %s %u after %.9g m at %.9g %.9g %.9g", hit >= 0 ? "collision" : "reflection", r->vertex,
+         hit >= 0 ? "in medium" : "on surface", hit >= 0 ? scene->media[hit].number : (uint32_t)met.surface,
+         (double)(hit >= 0 ? distance : met.t), world(r, r->p, 0), world(r, r->p, 1), world(r, r->p, 2));
+    return 1;
+}
+
 static void follow(Replay *r, Real start) {
-    for (;;) {
-        Real distance;
-        int hit = fly(r, &distance);
-        if (r->scene->channels > 1) reweigh(r, hit, distance);
-        if (hit < 0) {
-            leave(r);
-            return;
-        }
-        const RMedium *medium = &r->scene->media[hit];
-        if (r->vertex == 0) {
-            Real collided = r->weight[0] / r->camera_weight / medium->collide;
-            r->field[NPH_SAMPLE_DISTANCE] = r->scene->weighed ? collided * (start + distance) : start + distance;
-            r->field[NPH_SAMPLE_COLLIDED] = r->scene->weighed ? collided : R(1.0);
-        }
-        for (int a = 0; a < 3; a++) r->p[a] += distance * r->d[a];
-        r->vertex++;
-        tell(r, "  collision %u in medium %u after %.9g m at %.9g %.9g %.9g", r->vertex, medium->number,
-             (double)distance, world(r, r->p, 0), world(r, r->p, 1), world(r, r->p, 2));
-        sample_lights(r, medium, r->p);
-        if (!scatter(r, medium)) return;
+    RVertex vertex;
+    while (advance(r, start, &vertex)) {
+        sample_lights(r, &vertex);
+        if (!scatter(r, &vertex)) return;
     }
 }
 
@@ -225,7 +240,11 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
          scene->frame);
     tell(&r, "  camera ray at %.9g %.9g %.9g (%.9g m from the sensor) along %.9g %.9g %.9g", world(&r, r.p, 0),
          world(&r, r.p, 1), world(&r, r.p, 2), (double)ray.start, (double)r.d[0], (double)r.d[1], (double)r.d[2]);
-    if (scene->sensor.kind == NPH_SENSOR_FLUX) sample_lights(&r, NULL, r.p);
+    if (scene->sensor.kind == NPH_SENSOR_FLUX) {
+        RVertex vertex;
+        r_vertex_at_sensor(&scene->sensor, ray.at, ray.d, &vertex);
+        sample_lights(&r, &vertex);
+    }
     follow(&r, ray.start);
     tell(&r, "result: %.9g %.9g %.9g after %u scatterings, %lld tentative collisions", (double)r.field[0],
          (double)r.field[1], (double)r.field[2], r.vertex, (long long)r.tally.tentative);

@@ -6,7 +6,7 @@
 #ifndef NPH_TRUTH_PATH_STATE_H
 #define NPH_TRUTH_PATH_STATE_H
 
-#include "transport/lights_lookup.h"
+#include "transport/vertex_lookup.h"
 #include "truth/path/path.h"
 
 /* Paths in flight. weight is the throughput of each transport channel: product of f over the mean of the channels'
@@ -34,9 +34,11 @@ struct NphPathBatch {
     uint32_t first_sample, vertex;
     Real *distance;            /* of the next collision; negative: none */
     int32_t *medium;           /* in which it happens */
+    int32_t *surface;          /* where there are surfaces: the one at which the path is if it does not collide; -1 */
+    Real *surface_p[3], *surface_n[3], *surface_t; /* RMet */
     Real *survived, *walked;   /* where flights are weighed: weight of virtual collisions, majorant's depth of the flight */
-    int32_t *queue, *escaped;  /* positions of the paths that collide, that leave */
-    int queued, left;
+    int32_t *queue, *escaped;  /* positions of the paths that collide, then of those at surfaces; that leave */
+    int queued, touched, left;
     Real *ray[3], *towards[3]; /* rays from vertices to a light: [4096] each, as those below */
     Real *arriving[3];         /* radiance over density of the light sample */
     Real *carried, *passed, *reach; /* what arrives per radiance if nothing stops it; transmittance; how far the light is */
@@ -73,6 +75,24 @@ static inline NphWords r_tile_words(const RTile *tile, int32_t id, uint32_t bloc
     uint32_t pixel = (uint32_t)(tile->y + (id >> 8)) * (uint32_t)tile->width + (uint32_t)(tile->x + ((id >> 4) & 15));
     return nph_philox(tile->stream.key[0], tile->stream.key[1], pixel, tile->first_sample + (uint32_t)(id & 15),
                       tile->stream.vertex, tile->stream.draw | block);
+}
+
+/* The vertex of path i, in a medium or on a surface. */
+static inline void r_path_vertex(const NphPathBatch *batch, int i, RVertex *vertex) {
+    const RScene *scene = batch->scene;
+    const RPaths *paths = &batch->paths[batch->now];
+    Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]}, p[3], n[3];
+    int in = batch->medium[i];
+    if (in >= 0) {
+        for (int a = 0; a < 3; a++) p[a] = paths->p[a][i] + batch->distance[i] * d[a];
+        r_vertex_in_medium(&scene->media[in], p, d, vertex);
+        return;
+    }
+    for (int a = 0; a < 3; a++) {
+        p[a] = batch->surface_p[a][i];
+        n[a] = batch->surface_n[a][i];
+    }
+    r_vertex_on_surface(scene->surfaces.albedo[batch->surface[i]], p, n, d, vertex);
 }
 
 /* Adds weight * radiance to a path's sample, and to its order-weighted luminance. */
