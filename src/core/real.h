@@ -6,6 +6,7 @@
 #ifndef NPH_CORE_REAL_H
 #define NPH_CORE_REAL_H
 
+#include "core/bug.h"
 #include "core/fmath.h"
 
 #ifndef NPH_PRECISION

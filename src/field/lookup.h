@@ -41,6 +41,11 @@ static inline Real r_grid_value(const RGrid *grid, Real u, Real v, Real w) {
     Real shift = (Real)grid->shift, weight = (Real)grid->weight;
     int32_t i = (int32_t)(u + shift), j = (int32_t)(v + shift), k = (int32_t)(w + shift);
     Real f = (u - (Real)i) * weight, g = (v - (Real)j) * weight, h = (w - (Real)k) * weight;
+    if (NPH_BUG(29)) {
+        Real kept = f;
+        f = g;
+        g = kept;
+    }
     int32_t at = r_grid_element(grid, i, j, k);
     const float *values = grid->values;
     Real c00 = r_grid_mix((Real)values[at], (Real)values[at + 1], f);

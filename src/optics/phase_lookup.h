@@ -48,6 +48,7 @@ static inline RAngle r_rayleigh_sample(Real u) {
 
 /* Value [1/sr], which is also the density of r_phase_angle; of the angle only fall and rise are read. */
 static inline Real r_phase_at(const RPhase *phase, RAngle angle) {
+    if (NPH_BUG(3)) angle = (RAngle){-angle.cosine, angle.rise, angle.fall};
     if (phase->kind == NPH_PHASE_HG) return r_hg_value(phase->g0, phase->rest0, angle);
     if (phase->kind == NPH_PHASE_TWO_LOBE)
         return phase->weight * r_hg_value(phase->g0, phase->rest0, angle) +
@@ -56,7 +57,7 @@ static inline Real r_phase_at(const RPhase *phase, RAngle angle) {
         return R(0.059683103659460751) * (R(2.0) - angle.fall * angle.rise);
     if (phase->kind == NPH_PHASE_DRAINE) return r_draine_value(&phase->draine, phase->g0, phase->rest0, angle);
     if (phase->kind == NPH_PHASE_TABULATED) return r_phase_table_value(phase->half, angle);
-    return R(0.079577471545947668);
+    return NPH_BUG(4) ? R(1.0) : R(0.079577471545947668);
 }
 
 /* Draws an angle: u in [0, 1) is the part of the distribution below it, lobe in [0, 1) chooses between two lobes. */

@@ -82,6 +82,7 @@ static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWo
     const double *forward = sensor->forward;
     double s = sensor->half_size[0] * (2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0);
     double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height);
+    if (NPH_BUG(27)) t = -t;
     double offset[3] = {s * right[0] + t * up[0], s * right[1] + t * up[1], s * right[2] + t * up[2]};
     double moves = 1.0 - perspective;
     double p[3] = {at[0] - o[0] + moves * offset[0], at[1] - o[1] + moves * offset[1], at[2] - o[2] + moves * offset[2]};
@@ -103,7 +104,7 @@ static inline RCameraRay r_camera_flux(const RScene *scene, int x, int y, NphWor
         d[a] = across * (turn_cos * sensor->right[a] + turn_sin * sensor->up[a]) + cosine * sensor->forward[a];
     }
     RCameraRay ray = r_camera_start(scene, p, d, words.w2, scene->surfaces.plane_count > 0);
-    ray.weight = R(3.14159265358979323846);
+    ray.weight = NPH_BUG(19) ? R(1.0) : R(3.14159265358979323846);
     ray.pdf = (Real)(cosine * 0.31830988618379067154);
     return ray;
 }

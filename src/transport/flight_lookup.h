@@ -106,6 +106,7 @@ static inline int32_t r_cross(int32_t cell, int32_t step, int crosses, Real u, R
  * cells around this one), or out of the medium. bound: what the majorant grid says of the cell. Cells move along the
  * ray only, so a walk ends. */
 static inline RWalk r_walk_step(const int32_t n[3], const RSpan *span, RWalk walk, Real bound, Real sigma) {
+    if (NPH_BUG(13) && bound > R(0.0)) bound *= R(0.8);
     int32_t step = bound < R(0.0) ? (int32_t)-bound : 1;
     Real rate = (bound < R(0.0) ? R(0.0) : bound) * sigma;
     Real t0 = r_plane(walk.c0, step, span->o[0], span->inv[0]), t1 = r_plane(walk.c1, step, span->o[1], span->inv[1]);
@@ -162,6 +163,7 @@ static inline void r_next_event(REvents *events, Real *depth, Real *decision) {
     if (!second) events->words = r_words(&events->stream, (events->count >> 1) & (NPH_MAX_BLOCKS - 1u));
     *depth = r_event_depth(second ? events->words.w2 : events->words.w0);
     *decision = r_uniform(second ? events->words.w3 : events->words.w1);
+    if (NPH_BUG(15)) *decision = r_uniform(second ? events->words.w2 : events->words.w0);
     events->count++;
 }
 
@@ -188,6 +190,7 @@ static inline Real r_walk_density(const RMedium *medium, const RSpan *span, cons
  *   w = 1 - (1 - k) (rho - control) / (1 - k rho)
  * the mean of the product is exp(-(1 - k) (tau - control D)). w >= 0 for rho <= 1. One medium, channels alike. */
 static inline Real r_null_weight(Real collide, Real control, Real rho) {
+    if (NPH_BUG(24)) return R(1.0);
     return R(1.0) - (R(1.0) - collide) * (rho - control) / (R(1.0) - collide * rho);
 }
 
@@ -267,7 +270,7 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
     if (!span.inside) return;
     tally->tentative++;
     if (medium->shape != NPH_SHAPE_GRID) {
-        for (int c = 0; c < scene->channels; c++) T[c] *= r_exp(-medium->sigma[c] * (span.far - span.near));
+        for (int c = 0; c < scene->channels; c++) T[c] *= r_exp(-medium->sigma[NPH_BUG(25) ? 0 : c] * (span.far - span.near));
         return;
     }
     r_next_event(events, &depth, &decision);
@@ -278,11 +281,11 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
         tally->tentative++;
         tally->violations += density > walk.majorant;
         for (int c = 0; c < scene->channels; c++) {
-            T[c] *= r_max(R(1.0) - rho * medium->ratio[c], R(0.0));
+            T[c] *= NPH_BUG(1) ? R(1.0) : r_max(R(1.0) - rho * medium->ratio[NPH_BUG(25) ? 0 : c], R(0.0));
             largest = T[c] > largest ? T[c] : largest;
         }
         if (largest < scene->shadow_roulette) {
-            Real grow = decision < R(0.25) ? R(4.0) : R(0.0);
+            Real grow = decision < R(0.25) ? (NPH_BUG(23) ? R(1.0) : R(4.0)) : R(0.0);
             for (int c = 0; c < scene->channels; c++) T[c] *= grow;
             largest *= grow;
         }

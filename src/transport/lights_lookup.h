@@ -52,11 +52,11 @@ R_INLINE RTurned r_turn_guided(const RPhase *phase, const Real d[3], const Real 
     Real around[3] = {guided ? sun[0] : d[0], guided ? sun[1] : d[1], guided ? sun[2] : d[2]};
     Real beside[3] = {guided ? d[0] : sun[0], guided ? d[1] : sun[1], guided ? d[2] : sun[2]}, n[3];
     RAngle angle = r_phase_angle(phase, r_uniform(words.w0), rest);
-    r_turn_by(around, angle, r_uniform(words.w1), n);
+    r_turn_by(around, angle, r_uniform(NPH_BUG(21) ? words.w0 : words.w1), n);
     Real drawn = r_phase_at(phase, angle), other = r_phase_at(phase, r_angle_between(beside, n));
     Real own = guided ? other : drawn, towards = guided ? drawn : other;
     Real pdf = (R(1.0) - m) * own + m * towards, bright = towards * R(12.566370614359173);
-    RTurned turned = {{n[0], n[1], n[2]}, pdf, own / pdf, bright > R(1.0) ? bright : R(1.0)};
+    RTurned turned = {{n[0], n[1], n[2]}, pdf, NPH_BUG(30) ? R(1.0) : own / pdf, bright > R(1.0) ? bright : R(1.0)};
     return turned;
 }
 
@@ -64,7 +64,7 @@ R_INLINE RTurned r_turn_guided(const RPhase *phase, const Real d[3], const Real 
 R_INLINE RTurned r_turn_plain(const RPhase *phase, const Real d[3], NphWords words) {
     Real n[3];
     RAngle angle = r_phase_angle(phase, r_uniform(words.w0), r_uniform(words.w2));
-    r_turn_by(d, angle, r_uniform(words.w1), n);
+    r_turn_by(d, angle, r_uniform(NPH_BUG(21) ? words.w0 : words.w1), n);
     RTurned turned = {{n[0], n[1], n[2]}, r_phase_at(phase, angle), R(1.0), R(1.0)};
     return turned;
 }
@@ -93,11 +93,12 @@ static inline void r_lights_at_infinity(const RScene *scene, const Real d[3], Re
         const RLight *light = &scene->lights[l];
         Real value[3] = {R(0.0), R(0.0), R(0.0)}, weight = R(1.0);
         if (light->kind == NPH_LIGHT_CONSTANT) {
-            Real seen = light->hemisphere == 0 || d[2] * (Real)light->hemisphere > R(0.0) ? R(1.0) : R(0.0);
+            Real up = NPH_BUG(26) ? -d[2] : d[2];
+            Real seen = light->hemisphere == 0 || up * (Real)light->hemisphere > R(0.0) ? R(1.0) : R(0.0);
             for (int c = 0; c < 3; c++) value[c] = light->value[c] * seen;
         } else if (light->kind == NPH_LIGHT_ENVIRONMENT) {
             Real density = r_environment_lookup(&light->map, d, value);
-            weight = light->sampled ? r_balance(pdf, density) : R(1.0);
+            weight = light->sampled && !NPH_BUG(7) ? r_balance(pdf, density) : R(1.0);
         } else if (light->kind == NPH_LIGHT_SUN && light->disc.width > R(0.0)) {
             Real seen = r_disc_holds(&light->disc, d) ? R(1.0) : R(0.0);
             for (int c = 0; c < 3; c++) value[c] = light->value[c] * seen;
@@ -126,6 +127,8 @@ static inline void r_sample_light(const RLight *light, const Real p[3], const RS
         squared = r_max(squared, R(1e-30));
         sample->distance = r_sqrt(squared);
         for (int a = 0; a < 3; a++) sample->d[a] = d[a] / sample->distance;
+        if (NPH_BUG(18)) squared = R(1.0);
+        if (NPH_BUG(20)) sample->distance = R_HUGE;
         for (int c = 0; c < 3; c++) sample->value[c] = light->value[c] / squared;
     } else if (light->kind == NPH_LIGHT_ENVIRONMENT) {
         sample->pdf = r_environment_sample(&light->map, r_uniform(words.w0), r_uniform(words.w1), sample->d, sample->value);

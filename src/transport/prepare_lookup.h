@@ -40,12 +40,14 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
     double largest = 0.0;
     for (int c = 0; c < 3; c++) largest = medium->extinction_per_m[c] > largest ? medium->extinction_per_m[c] : largest;
     out->sigma_max = (Real)largest;
+    if (NPH_BUG(10)) out->sigma_max *= (Real)medium->albedo[0];
     for (int c = 0; c < 3; c++) {
         out->sigma[c] = (Real)medium->extinction_per_m[c];
+        if (NPH_BUG(10)) out->sigma[c] *= (Real)medium->albedo[c];
         out->ratio[c] = largest > 0.0 ? (Real)(medium->extinction_per_m[c] / largest) : R(0.0);
     }
     out->collide = R(1.0);
-    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)medium->albedo[c];
+    for (int c = 0; c < 3; c++) out->albedo[c] = NPH_BUG(6) ? R(1.0) : (Real)medium->albedo[c];
     out->phase = r_phase(&medium->phase);
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
@@ -63,7 +65,7 @@ static inline void r_prepare_light(const NphLight *light, const double origin[3]
     if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0) {
         double sine = nph_sin(light->half_angle_rad);
         out->disc = r_disc(light->direction, light->half_angle_rad);
-        scale = 1.0 / (3.14159265358979323846 * sine * sine);
+        scale = NPH_BUG(17) ? 1.0 : 1.0 / (3.14159265358979323846 * sine * sine);
     }
     const double *value = light->kind == NPH_LIGHT_SUN     ? light->irradiance
                           : light->kind == NPH_LIGHT_POINT ? light->intensity

@@ -47,6 +47,7 @@ static inline void r_vertex_at_sensor(const NphSensor *sensor, const Real p[3], 
 /* What the vertex passes on of light from direction to, but for the albedo. */
 static inline Real r_vertex_value(const RVertex *vertex, const Real to[3]) {
     if (vertex->phase) return r_phase_at(vertex->phase, r_angle_between(vertex->d, to));
+    if (NPH_BUG(28)) return R(0.31830988618379067);
     return r_lambert_density(r_dot(vertex->n, to));
 }
 

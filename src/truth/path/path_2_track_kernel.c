@@ -30,6 +30,7 @@ static void meet_surfaces(NphPathBatch *batch) {
 
 /* What the channels' factors do to throughput and shares: share_c f_c, normalised to mean 1. */
 static void apply_factors(RPaths *paths, int i, const Real factor[3]) {
+    if (NPH_BUG(14)) return;
     Real mean = R(0.0);
     for (int c = 0; c < 3; c++) mean += paths->share[c][i] * factor[c];
     mean *= R(1.0) / R(3.0);
@@ -82,7 +83,7 @@ R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restr
     const RTile tile = *from;
     Real rate = medium->sigma[0] * medium->collide;
     for (int i = 0; i < tile.count; i++) { /* vec */
-        RSpan span = r_clip_ray(medium, ray, i, distance[i]);
+        RSpan span = r_clip_ray(medium, ray, i, NPH_BUG(22) ? R_HUGE : distance[i]);
         NphWords words = r_tile_words(&tile, id[i], 0);
         Real t = span.near + r_event_depth(words.w0) / rate;
         Real survived = r_segment_weight(medium, (t < span.far ? t : span.far) - span.near);

@@ -23,7 +23,7 @@ static void vertex_of(const NphPathBatch *batch, int i, int at_sensor, RVertex *
 
 /* The balance heuristic against the density with which the vertex itself would find the light. */
 static Real balance_of(const NphPathBatch *batch, int i, const RVertex *vertex, const RLightSample *sample, Real value) {
-    if (sample->pdf < R(0.0)) return R(1.0);
+    if (sample->pdf < R(0.0) || NPH_BUG(2)) return R(1.0);
     const RPaths *paths = &batch->paths[batch->now];
     Real weight = R(0.0);
     for (int c = 0; c < batch->scene->channels; c++) weight = r_max(weight, paths->weight[c][i]);

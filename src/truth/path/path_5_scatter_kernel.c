@@ -25,6 +25,7 @@ R_INLINE void turn_lane(const RScatter *scatter, const Real *from, const int32_t
     RTurned turned = guided ? r_turn_guided(&scatter->phase, d, scatter->sun, part, words)
                             : r_turn_plain(&scatter->phase, d, words);
     Real weight = r_lane(from, R_OF_WEIGHT, i) * scatter->albedo * turned.weight;
+    if (NPH_BUG(5)) weight *= scatter->albedo;
     Real survival = r_survival(scatter->roulette, weight, turned.peak);
     Real lives = (Real)(r_uniform(words.w3) < survival);
     to[R_OF_P * NPH_PATH_BATCH + k] = r_lane(from, R_OF_P, i) + distance * d[0];
@@ -33,7 +34,7 @@ R_INLINE void turn_lane(const RScatter *scatter, const Real *from, const int32_t
     to[R_OF_D * NPH_PATH_BATCH + k] = turned.d[0];
     to[(R_OF_D + 1) * NPH_PATH_BATCH + k] = turned.d[1];
     to[(R_OF_D + 2) * NPH_PATH_BATCH + k] = turned.d[2];
-    to[R_OF_WEIGHT * NPH_PATH_BATCH + k] = lives > R(0.0) ? weight / survival : R(0.0);
+    to[R_OF_WEIGHT * NPH_PATH_BATCH + k] = lives > R(0.0) ? weight / (NPH_BUG(16) ? R(1.0) : survival) : R(0.0);
     to[R_OF_PDF * NPH_PATH_BATCH + k] = turned.pdf;
 }
 
@@ -107,6 +108,7 @@ static int scatter_any(NphPathBatch *batch, int first, int end, int count, uint3
         RTurned turned = r_vertex_turn(scene, &vertex, words, before);
         for (int c = 0; c < scene->channels; c++) {
             weight[c] = from->weight[c][i] * vertex.albedo[c] * turned.weight;
+            if (NPH_BUG(5)) weight[c] *= vertex.albedo[c];
             largest = r_max(largest, weight[c]);
         }
         Real survival = r_survival(scene->roulette, largest, turned.peak);
@@ -116,7 +118,7 @@ static int scatter_any(NphPathBatch *batch, int first, int end, int count, uint3
             to->d[a][count] = turned.d[a];
         }
         for (int c = 0; c < scene->channels; c++) {
-            to->weight[c][count] = weight[c] / survival;
+            to->weight[c][count] = weight[c] / (NPH_BUG(16) ? R(1.0) : survival);
             to->share[c][count] = from->share[c][i];
         }
         to->pdf[count] = turned.pdf;

@@ -90,7 +90,7 @@ static inline void r_flights_draw(RLanes *lanes, RDue *due, const RStream *strea
     }
     for (int k = 0; k < count; k++) { /* vec */
         due->depth[k] = r_event_depth(due->pixel[k]);
-        due->decision[k] = r_uniform(due->sample[k]);
+        due->decision[k] = r_uniform(NPH_BUG(15) ? due->pixel[k] : due->sample[k]);
     }
     for (int k = 0; k < count; k++) {
         int i = due->list[k];
@@ -225,8 +225,8 @@ R_OUTLINE void r_flights_look(const RLanes *restrict lanes, RDue *restrict due, 
 static inline void r_flights_attenuate(RDue *due, Real roulette) {
     int count = due->count;
     for (int k = 0; k < count; k++) { /* vec */
-        Real T = due->T[k] * r_max(R(1.0) - due->rho[k], R(0.0));
-        Real grow = due->decision[k] < R(0.25) ? R(4.0) : R(0.0);
+        Real T = due->T[k] * (NPH_BUG(1) ? R(1.0) : r_max(R(1.0) - due->rho[k], R(0.0)));
+        Real grow = due->decision[k] < R(0.25) ? (NPH_BUG(23) ? R(1.0) : R(4.0)) : R(0.0);
         due->T[k] = T < roulette ? T * grow : T;
         due->hits[k] = !(due->T[k] > R(0.0));
     }

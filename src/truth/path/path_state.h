@@ -101,6 +101,7 @@ static inline void r_add_light(NphPathBatch *batch, int32_t id, const Real weigh
     Real light[3];
     for (int c = 0; c < 3; c++) {
         light[c] = weight[c] * radiance[c];
+        if (NPH_BUG(12)) light[c] = r_min(light[c], R(1.0));
         batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
     }
     batch->samples[NPH_SAMPLE_ORDER * NPH_PATH_BATCH + id] += (Real)order * r_luminance(light);
