@@ -64,6 +64,13 @@ NphStatus nph_emission_finish(NphContext *context, const NphGrid *density, const
     return NPH_OK;
 }
 
+uint64_t nph_emission_bytes(const NphEmission *emission) {
+    const int32_t *n = emission->bound.n;
+    uint64_t bytes = (uint64_t)n[0] * (uint64_t)n[1] * (uint64_t)n[2] * sizeof *emission->bound.cells;
+    for (int i = 0; i < emission->grid_count; i++) bytes += nph_grid_bytes(&emission->grids[i]);
+    return bytes;
+}
+
 void nph_emission_free(NphContext *context, NphEmission *emission) {
     for (int i = 0; i < emission->grid_count; i++) nph_grid_free(context, &emission->grids[i]);
     nph_free(context, emission->grids);

@@ -36,6 +36,9 @@ static inline const NphGrid *nph_emission_grid(const NphEmission *emission, cons
     return &emission->grids[emission->grid_count == 1 ? 0 : c];
 }
 
+/* Bytes that it holds besides the density. */
+uint64_t nph_emission_bytes(const NphEmission *emission);
+
 void nph_emission_free(NphContext *context, NphEmission *emission);
 
 #endif

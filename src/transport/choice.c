@@ -41,6 +41,23 @@ static int medium_is_empty(const NphMedium *medium) {
     return is_black(medium->extinction_per_m) || (medium->shape == NPH_SHAPE_GRID && !(medium->grid.max > 0.0f));
 }
 
+static int emission_is_black(const NphEmission *emission) {
+    int grid = emission->kind == NPH_EMISSION_GRID || emission->kind == NPH_EMISSION_DENSITY;
+    return emission->kind == NPH_EMISSION_NONE || is_black(emission->value) || (grid && !(emission->depth > 0.0));
+}
+
+static int emission_is_grey(const NphEmission *emission) { return is_grey(emission->value) && emission->grid_count <= 1; }
+
+static void choose_emission(const NphScene *scene, int plan_full, NphTransportChoice *choice) {
+    for (int m = 0; m < scene->medium_count; m++) {
+        const NphEmission *emission = &scene->media[m].emission;
+        choice->emits[m] = emission->kind != NPH_EMISSION_NONE && (plan_full || !emission_is_black(emission));
+        if (!choice->emits[m]) continue;
+        choice->emission = 1;
+        if (!emission_is_grey(emission)) choice->film_channels = 3;
+    }
+}
+
 void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoice *choice) {
     *choice = (NphTransportChoice){.channels = 1, .film_channels = 1};
     for (int m = 0; m < scene->medium_count; m++) {
@@ -59,6 +76,7 @@ void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoi
         choice->scatters = 1;
     }
     choice->film_channels = choice->channels;
+    choose_emission(scene, plan_full, choice);
     for (int l = 0; l < scene->light_count; l++) {
         const NphLight *light = &scene->lights[l];
         if (!light_is_grey(light)) choice->film_channels = 3;
@@ -85,8 +103,16 @@ static NphStatus plan_omissions(NphContext *context, const NphScene *scene, cons
             NPH_TRY(nph_plan_add(context, plan, "left out", "light sample", 0, "of %s: it is black", scene->lights[l].name));
     if (scene->surface_count == 0)
         NPH_TRY(nph_plan_add(context, plan, "left out", "surfaces", 0, "there are none: no ray is tested against them"));
-    if (scene->light_count == 0)
+    for (int m = 0; m < scene->medium_count; m++)
+        if (scene->media[m].emission.kind != NPH_EMISSION_NONE && !choice->emits[m])
+            NPH_TRY(nph_plan_add(context, plan, "left out", "emission", 0, "of %s: it is black", scene->media[m].name));
+    if (scene->light_count == 0 && !choice->emission)
         NPH_TRY(nph_plan_add(context, plan, "warning", "lights", 0, "there are none: the picture will be black"));
+    for (int m = 0; m < scene->medium_count; m++)
+        if (scene->media[m].unmodelled)
+            NPH_TRY(nph_plan_add(context, plan, "warning", scene->media[m].name, 0,
+                                 "its file holds a grid '%s', which is not modelled; emission: would make it glow",
+                                 scene->media[m].unmodelled));
     return NPH_OK;
 }
 
@@ -96,6 +122,10 @@ NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const N
         if (scene->media[m].shape == NPH_SHAPE_GRID)
             NPH_TRY(nph_plan_add(context, plan, "memory", scene->media[m].name, nph_grid_bytes(&scene->media[m].grid),
                                  "bricks and majorants of the density"));
+    for (int m = 0; m < scene->medium_count; m++)
+        if (scene->media[m].emission.kind == NPH_EMISSION_GRID || scene->media[m].emission.kind == NPH_EMISSION_DENSITY)
+            NPH_TRY(nph_plan_add(context, plan, "memory", scene->media[m].name, nph_emission_bytes(&scene->media[m].emission),
+                                 "bricks and bounds of the emission"));
     for (int l = 0; l < scene->light_count; l++)
         if (scene->lights[l].kind == NPH_LIGHT_ENVIRONMENT) {
             uint64_t texels = (uint64_t)scene->lights[l].map.width * (uint64_t)scene->lights[l].map.height;

@@ -12,6 +12,8 @@ typedef struct NphTransportChoice {
     int film_channels;            /* 1 when the lights are grey too */
     int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex: all that are not constant or black */
     int used[NPH_MAX_MEDIA];      /* media that can change the picture */
+    int emits[NPH_MAX_MEDIA];     /* media with light of their own */
+    int emission;                 /* any of them */
     int scatters;                 /* some medium has an albedo above 0 */
     int reflects;                 /* some surface has */
 } NphTransportChoice;

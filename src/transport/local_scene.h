@@ -28,7 +28,8 @@
 #endif
 
 /* Stage numbers of the random streams. */
-enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5 };
+enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5,
+       NPH_RNG_EMISSION = 10 };
 
 enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1 << NPH_DRAW_MEDIUM_SHIFT };
 
@@ -69,8 +70,19 @@ typedef struct RSurfaces {
     Real albedo[NPH_MAX_SURFACES][3];
 } RSurfaces;
 
+/* A medium's own light: j_c = value[c], times a grid. field: where it is; of a grid `majorant` bounds the largest channel's
+ * j, and sigma_max is how many events there are per metre and unit of it; else sigma is that of its own medium. */
+typedef struct REmitter {
+    RMedium field;
+    Real value[3];
+    int grids;                 /* 1, or 3: one a channel */
+    RGrid grid[3];
+    int alone;                 /* box or layer: nothing but its own medium lies on the way, and no surface */
+} REmitter;
+
 typedef struct RScene {
-    int medium_count, light_count;
+    int medium_count, light_count, emitter_count;
+    int chromatic;             /* the extinction of a medium differs between channels */
     int channels;              /* of transport: 1 when every medium is grey */
     int film_channels;         /* 1 when the lights are grey too */
     int width, height;
@@ -85,6 +97,7 @@ typedef struct RScene {
     double bounds_lo[3], bounds_hi[3]; /* of all media and meshes, scene-local, f64; infinite where a layer has no end */
     RMedium media[NPH_MAX_MEDIA];
     RLight lights[NPH_MAX_LIGHTS];
+    REmitter emitters[NPH_MAX_MEDIA];
     RSurfaces surfaces;
 } RScene;
 

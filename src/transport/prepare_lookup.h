@@ -23,20 +23,26 @@ static inline Real r_mean_of_majorant(const NphGrid *grid) {
     return (Real)(part < 1.0 ? part : 1.0);
 }
 
-static inline void r_prepare_medium(const NphMedium *medium, const double origin[3], uint32_t number, RMedium *out) {
-    double medium_from_world[12];
-    nph_affine_invert(medium->world_from_medium, medium_from_world);
-    out->shape = medium->shape;
-    out->number = number;
+/* The box [lo, hi] of a space and where it lies. */
+static inline void r_prepare_place(const double world_from[12], const double lo[3], const double hi[3],
+                                   const double origin[3], RMedium *out) {
+    double from_world[12];
+    nph_affine_invert(world_from, from_world);
     for (int a = 0; a < 3; a++) {
-        const double *row = medium_from_world + 4 * a;
+        const double *row = from_world + 4 * a;
         for (int b = 0; b < 3; b++) out->from_local[4 * a + b] = (Real)row[b];
         out->from_local[4 * a + 3] = (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2]);
-        double lo = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo[a] : medium->lo[a];
-        double hi = medium->shape == NPH_SHAPE_GRID ? medium->grid.hi[a] : medium->hi[a];
-        out->lo[a] = lo > -R_NO_END ? (Real)lo : -R_FAR;
-        out->hi[a] = hi < R_NO_END ? (Real)hi : R_FAR;
+        out->lo[a] = lo[a] > -R_NO_END ? (Real)lo[a] : -R_FAR;
+        out->hi[a] = hi[a] < R_NO_END ? (Real)hi[a] : R_FAR;
     }
+}
+
+static inline void r_prepare_medium(const NphMedium *medium, const double origin[3], uint32_t number, RMedium *out) {
+    int grid = medium->shape == NPH_SHAPE_GRID;
+    out->shape = medium->shape;
+    out->number = number;
+    r_prepare_place(medium->world_from_medium, grid ? medium->grid.lo : medium->lo, grid ? medium->grid.hi : medium->hi,
+                    origin, out);
     double largest = 0.0;
     for (int c = 0; c < 3; c++) largest = medium->extinction_per_m[c] > largest ? medium->extinction_per_m[c] : largest;
     out->sigma_max = (Real)largest;
@@ -54,6 +60,33 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
     out->majorant = medium->grid.majorant.cells;
     out->control = r_mean_of_majorant(&medium->grid);
     for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
+}
+
+/* What a medium emits, one event per crossing in the mean (over what lines bring); the integrator may want more. */
+static inline void r_prepare_emitter(const NphMedium *medium, const RScene *scene, uint32_t number, REmitter *out) {
+    const NphEmission *emission = &medium->emission;
+    int others = scene->surfaces.count;
+    for (int m = 0; m < scene->medium_count; m++) {
+        const RMedium *other = &scene->media[m];
+        int empty = !(other->sigma_max > R(0.0)) || (other->shape == NPH_SHAPE_GRID && !(other->control > R(0.0)));
+        others += other->number != number && !empty;
+    }
+    for (int c = 0; c < 3; c++) out->value[c] = (Real)emission->value[c];
+    out->alone = others == 0;
+    out->field.number = number;
+    if (emission->kind == NPH_EMISSION_CONSTANT) {
+        r_prepare_medium(medium, scene->origin, number, &out->field);
+        return;
+    }
+    const NphGrid *grid = nph_emission_grid(emission, &medium->grid, 0);
+    out->field.shape = NPH_SHAPE_GRID;
+    r_prepare_place(emission->world_from_grid, grid->lo, grid->hi, scene->origin, &out->field);
+    out->grids = emission->grid_count > 1 ? 3 : 1;
+    for (int c = 0; c < 3; c++) nph_grid_view(nph_emission_grid(emission, &medium->grid, c), &out->grid[c]);
+    out->field.grid = out->grid[0];
+    out->field.majorant = emission->bound.cells;
+    out->field.sigma_max = emission->depth > 0.0 ? (Real)(1.0 / emission->depth) : R(0.0);
+    for (int a = 0; a < 3; a++) out->field.majorant_n[a] = emission->bound.n[a];
 }
 
 /* A disc sun of half angle h has the radiance E / (pi sin^2 h); its cap's solid angle is 2 pi (1 - cos h). */
@@ -135,6 +168,12 @@ static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoi
     out->sensor = scene->sensor;
     for (int m = 0; m < scene->medium_count; m++)
         if (choice->used[m]) r_prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count++]);
+    for (int m = 0; m < out->medium_count; m++) {
+        const Real *sigma = out->media[m].sigma;
+        out->chromatic |= (sigma[0] != sigma[1]) | (sigma[0] != sigma[2]);
+    }
+    for (int m = 0; m < scene->medium_count; m++)
+        if (choice->emits[m]) r_prepare_emitter(&scene->media[m], out, (uint32_t)m, &out->emitters[out->emitter_count++]);
     for (int l = 0; l < scene->light_count; l++)
         r_prepare_light(&scene->lights[l], out->origin, choice->sampled[l], &out->lights[l]);
     out->light_count = scene->light_count;

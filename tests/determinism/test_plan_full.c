@@ -26,6 +26,10 @@ static const char *const scenes[] = {
     /* no scattering */
     CAMERA "media:\n  - {" BOX ", extinction: 2, albedo: 0}\n"
            "lights:\n  - {type: constant, radiance: 1}\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n",
+    /* black emission beside grey, and a box that emits alone but for an empty medium */
+    CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 0, emission: {type: volume, radiance: 1, grid: density}}\n"
+           "  - {" BOX ", extinction: 2, albedo: 0.5, emission: {type: volume, radiance: 1}}\n"
+           "  - {layer: [0, 1], extinction: 0, emission: {type: volume, radiance: 0}}\n",
 };
 
 START_TEST(a_full_plan_gives_the_same_bits) {
@@ -52,7 +56,7 @@ END_TEST
 
 /* The plan says what it left out, and announces less memory than the full one. */
 START_TEST(the_plan_names_what_it_leaves_out) {
-    static const char *const expected[] = {"channels", "transport channels", "medium0", "path.shadow"};
+    static const char *const expected[] = {"channels", "transport channels", "medium0", "path.shadow", "emission"};
     NphContext *context = nph_test_context(1);
     NphScene *scene = NULL;
     NphStatus status = nph_scene_parse(context, scenes[_i], strlen(scenes[_i]), "test.yaml", nph_test_path("reference/scenes"), &scene);
@@ -100,8 +104,8 @@ START_TEST(weighed_flights_agree_with_the_full_plan) {
 END_TEST
 
 static void fill(TCase *cases) {
-    tcase_add_loop_test(cases, a_full_plan_gives_the_same_bits, 0, 4);
-    tcase_add_loop_test(cases, the_plan_names_what_it_leaves_out, 0, 4);
+    tcase_add_loop_test(cases, a_full_plan_gives_the_same_bits, 0, 5);
+    tcase_add_loop_test(cases, the_plan_names_what_it_leaves_out, 0, 5);
     tcase_add_test(cases, weighed_flights_agree_with_the_full_plan);
 }
 

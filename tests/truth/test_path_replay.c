@@ -55,6 +55,18 @@ static const char *const scenes[] = {
     CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 20, albedo: 0.6}\n"
            "surfaces:\n  - {plane: 0.1, albedo: 0.9}\n"
            "lights:\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n",
+    /* a plume that glows, grey */
+    CAMERA "media:\n  - {density: {file: ../data/vdb/plume32_f20_BLOSC_float32.vdb}, extinction: 20, albedo: 0.6, phase: {type: hg, g: 0.5},\n"
+           "     transform: [{scale: 0.4}], emission: {type: blackbody, scale: 2500}}\n"
+           "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n",
+    /* channels that differ, emission of boxes and grids among them, and a plane */
+    CAMERA "media:\n"
+           "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], emission: {type: volume, radiance: [1, 2, 3]}}\n"
+           "  - {density: {file: ../data/vdb/plume32_f20_BLOSC_float32.vdb}, extinction: [20, 30, 9], albedo: 0.7, phase: {type: rayleigh},\n"
+           "     transform: [{scale: 0.4}], emission: {type: volume, radiance: [3, 2, 1], grid: temperature}}\n"
+           "surfaces:\n  - {plane: -0.1, albedo: [0.7, 0.8, 0.9]}\n",
+    /* one box that emits, alone */
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: 0.5, emission: {type: blackbody, temperature: 3000}}\n",
     /* a flux sensor between a plane and a mesh, in a layer */
     "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 0.5], direction: [0.1, 0, 1], up: [0, 1, 0], extent: 1}\n"
     "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: hg, g: 0.5}}\n"
@@ -72,6 +84,8 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
         if (choice->transport.sampled[l]) k->shadow(batch, l, 1);
     while (k->count(batch) > 0) {
         k->track(batch);
+        if (choice->transport.emission) k->emission(batch);
+        if (choice->transport.channels > 1) k->reweigh(batch);
         k->escape(batch);
         for (int l = 0; l < scene->light_count; l++)
             if (choice->transport.sampled[l]) k->shadow(batch, l, 0);

@@ -20,12 +20,16 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
      "variance of direct peaks against variance of long paths", 0.3, 0.0, 0.9},
     {"path.least_light", "1", "light samples whose throughput times phase function is below this part of isotropic "
      "scattering are made by chance; in grids only", "time against variance", 0.5, 0.0, 10.0},
+    {"path.emission_events", "1", "places along a flight across a grid that emits at which its light is looked up, in the "
+     "mean", "time against variance", 2.0, 0.01, 1000.0},
 };
 
 static const NphStage stages[NPH_PATH_STAGES] = {
     {"path.generate", "pinhole, parallel and flux sensors; box filter", "", "path.ray path.state", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.track", "delta tracking [Woodcock65]; spectral MIS [Wilkie14]", "path.ray path.state",
      "path.distance path.medium path.state path.queue", {NPH_PATH_BATCH, 1, 1}, 0},
+    {"path.emission", "events of a Poisson process [Kingman93]", "path.ray path.state path.distance", "path.sample",
+     {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.escape", "balance heuristic [Veach95]", "path.ray path.state path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]",
      "path.ray path.state path.distance path.medium path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
@@ -131,6 +135,8 @@ static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_
         if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 1));
     while (k->count(batch) > 0) {
         NPH_LAUNCH(counts, NPH_PATH_TRACK, k->count(batch), k->track(batch));
+        if (choice->transport.emission) NPH_LAUNCH(counts, NPH_PATH_EMISSION, k->count(batch), k->emission(batch));
+        if (choice->transport.channels > 1) NPH_LAUNCH(counts, NPH_PATH_TRACK, 0, k->reweigh(batch));
         NPH_LAUNCH(counts, NPH_PATH_ESCAPE, k->count(batch), k->escape(batch));
         for (int l = 0; l < lights && (choice->transport.scatters || choice->transport.reflects); l++)
             if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));

@@ -3,6 +3,7 @@
  * truth/path: the unbiased volumetric path tracer. Its stages over a batch:
  *   1 generate   camera rays
  *   2 track      one whole free flight through every medium; the nearest collision wins
+ *     emission   what media add by their own light along it
  *   3 escape     paths that leave meet the lights at infinity
  *   4 shadow     at a collision: a light sample per light, ratio tracking towards it
  *   5 scatter    albedo, roulette, new direction; the survivors move up
@@ -18,11 +19,12 @@ extern const NphMethod nph_path;
 enum { NPH_PATH_BATCH = NPH_TILE_PIXELS * NPH_CHUNK };
 
 typedef enum NphPathStage {
-    NPH_PATH_GENERATE, NPH_PATH_TRACK, NPH_PATH_ESCAPE, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_ACCUMULATE,
+    NPH_PATH_GENERATE, NPH_PATH_TRACK, NPH_PATH_EMISSION, NPH_PATH_ESCAPE, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_ACCUMULATE,
     NPH_PATH_STAGES
 } NphPathStage;
 
 enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOB_TOWARDS_SUN, NPH_PATH_KNOB_LEAST_LIGHT,
+       NPH_PATH_KNOB_EMISSION_EVENTS,
        NPH_PATH_KNOBS };
 
 typedef struct NphPathBatch NphPathBatch;
@@ -49,6 +51,8 @@ typedef struct NphPathKernels {
     const NphTally *(*tally)(const NphPathBatch *batch);
     void (*generate)(NphPathBatch *batch);
     void (*track)(NphPathBatch *batch);
+    void (*emission)(NphPathBatch *batch);
+    void (*reweigh)(NphPathBatch *batch); /* what several channels make of their flights: weights from here on */
     void (*escape)(NphPathBatch *batch);
     void (*shadow)(NphPathBatch *batch, int light, int at_sensor);
     void (*scatter)(NphPathBatch *batch);

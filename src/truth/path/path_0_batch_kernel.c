@@ -28,6 +28,9 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     out->weight_unit = scene->sensor.kind == NPH_SENSOR_FLUX ? R(0.31830988618379067154) : R(1.0);
     out->guide_part = (Real)choice->guide_part;
     out->least_light = (Real)(choice->least_light * 0.079577471545947668);
+    for (int e = 0; e < out->emitter_count; e++)
+        if (out->emitters[e].field.shape == NPH_SHAPE_GRID)
+            out->emitters[e].field.sigma_max *= (Real)job->knobs[NPH_PATH_KNOB_EMISSION_EVENTS];
     for (int m = 0; m < out->medium_count; m++)
         r_weigh_flights(&scene->media[out->media[m].number], choice->weighed, &out->media[m]);
 }

@@ -3,11 +3,12 @@
  * path.track: one whole free flight of every path. Each medium proposes its first collision, none beyond the nearest
  * so far; the nearest is the path's [superposition of Poisson processes]. None beyond the nearest surface either: a path
  * whose media let it through is there. For chromatic media the flight is walked once
- * more up to where it ended, to tell what the other channels would have made of it.
+ * more up to where it ended (reweigh), to tell what the other channels would have made of it.
  * [paths.p, d, hero -> distance, medium, surface, paths.weight, share; queue, escaped] */
 #include "truth/path/path_lanes.h"
 
 void NPH_KERNEL(nph_path_track)(NphPathBatch *batch);
+void NPH_KERNEL(nph_path_reweigh)(NphPathBatch *batch);
 
 /* The nearest surface of every path limits its flight; `distance` is that limit. */
 static void meet_surfaces(NphPathBatch *batch) {
@@ -133,7 +134,7 @@ static void track_grey(NphPathBatch *batch) {
 
 static void track_wide(NphPathBatch *batch) {
     const RScene *scene = batch->scene;
-    RPaths *paths = &batch->paths[batch->now];
+    const RPaths *paths = &batch->paths[batch->now];
     for (int i = 0; i < batch->count; i++) {
         Real p[3] = {paths->p[0][i], paths->p[1][i], paths->p[2][i]};
         Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
@@ -149,6 +150,16 @@ static void track_wide(NphPathBatch *batch) {
         }
         batch->distance[i] = nearest;
         batch->medium[i] = hit;
+    }
+}
+
+void NPH_KERNEL(nph_path_reweigh)(NphPathBatch *batch) {
+    const RPaths *paths = &batch->paths[batch->now];
+    for (int i = 0; i < batch->count; i++) {
+        Real p[3] = {paths->p[0][i], paths->p[1][i], paths->p[2][i]};
+        Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
+        RStream stream = r_stream(batch->scene, NPH_RNG_TRACK, r_pixel(batch, paths->id[i]),
+                                  r_sample(batch, paths->id[i]), batch->vertex);
         track_factors(batch, i, p, d, &stream);
     }
 }

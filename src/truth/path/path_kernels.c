@@ -16,6 +16,8 @@ BUILDS(const NphTally *, nph_path_tally, (const NphPathBatch *));
 BUILDS(void, nph_path_replay, (const void *, const int *, int64_t, NphLineFn, void *, double *));
 NPH_KERNEL_DECLARE(void, nph_path_generate, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_track, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_emission, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_reweigh, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_escape, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_shadow, (NphPathBatch *, int, int));
 NPH_KERNEL_DECLARE(void, nph_path_scatter, (NphPathBatch *));
@@ -33,6 +35,8 @@ void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels) {
     kernels->replay = f32 ? nph_path_replay_f32_base : nph_path_replay_f64_base;
     NPH_KERNEL_PICK(kernels->generate, nph_path_generate, isa, precision);
     NPH_KERNEL_PICK(kernels->track, nph_path_track, isa, precision);
+    NPH_KERNEL_PICK(kernels->emission, nph_path_emission, isa, precision);
+    NPH_KERNEL_PICK(kernels->reweigh, nph_path_reweigh, isa, precision);
     NPH_KERNEL_PICK(kernels->escape, nph_path_escape, isa, precision);
     NPH_KERNEL_PICK(kernels->shadow, nph_path_shadow, isa, precision);
     NPH_KERNEL_PICK(kernels->scatter, nph_path_scatter, isa, precision);

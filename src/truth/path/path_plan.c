@@ -37,8 +37,10 @@ void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     nph_transport_choose(scene, job->plan_full, &choice->transport);
     for (int m = 0; m < scene->medium_count; m++) used += choice->transport.used[m];
     for (int l = 0; l < scene->light_count; l++) sampled += choice->transport.sampled[l];
-    /* A flight is weighed up to where it ends: with several media that is not known when the first one is flown. */
-    if (used == 1 && sampled == 0 && choice->transport.channels == 1) choice->weighed = job->knobs[NPH_PATH_KNOB_WEIGHED];
+    /* A flight is weighed up to where it ends: with several media that is not known when the first one is flown. Emission
+     * asks how far it got with all of the extinction. */
+    if (used == 1 && sampled == 0 && choice->transport.channels == 1 && !choice->transport.emission)
+        choice->weighed = job->knobs[NPH_PATH_KNOB_WEIGHED];
     choose_guide(job, choice);
 }
 
@@ -47,6 +49,8 @@ static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, 
     if (choice->weighed > 0.0)
         NPH_TRY(nph_plan_add(context, plan, "left out", "collisions", 0,
                              "those that absorb: flights are weighed instead, no light is sampled at vertices"));
+    if (!choice->transport.emission)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "path.emission", 0, "no medium emits"));
     if (!choice->transport.scatters && !choice->transport.reflects)
         NPH_TRY(nph_plan_add(context, plan, "left out", "path.shadow", 0, "at vertices: every albedo is 0"));
     return NPH_OK;

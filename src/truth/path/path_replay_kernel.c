@@ -9,6 +9,7 @@
 #include <stdio.h>
 
 #include "transport/camera_lookup.h"
+#include "transport/emission_lookup.h"
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t sample, NphLineFn line, void *user,
@@ -67,6 +68,22 @@ static int fly(Replay *r, Real limit, Real *distance) {
     if (r->scene->weighed) r->weight[1] = r->weight[2] = r->weight[0];
     *distance = nearest;
     return hit;
+}
+
+/* What media add by their own light along the flight. */
+static void emit(Replay *r, Real distance) {
+    Real light[3], one[3] = {R(1.0), R(1.0), R(1.0)};
+    RFlown flight = {.limit = distance, .hero = r->hero, .flown = stream_of(r, NPH_RNG_TRACK)};
+    for (int c = 0; c < 3; c++) {
+        flight.p[c] = r->p[c];
+        flight.d[c] = r->d[c];
+        flight.weight[c] = r->weight[c];
+        flight.share[c] = r->share[c];
+    }
+    RStream stream = stream_of(r, NPH_RNG_EMISSION);
+    r_emission(r->scene, &flight, &stream, &r->tally, light);
+    add(r, one, light);
+    tell(r, "    emission up to %.9g m: %.9g %.9g %.9g", (double)distance, (double)light[0], (double)light[1], (double)light[2]);
 }
 
 /* One-sample balance heuristic over the channels: what each would have made of this flight. */
@@ -191,6 +208,7 @@ static int advance(Replay *r, Real start, RVertex *vertex) {
     int touches = scene->surfaces.count > 0 && r_closest_surface(scene, r->p, r->d, R_HUGE, &met);
     Real distance;
     int hit = fly(r, touches ? met.limit : R_HUGE, &distance);
+    if (scene->emitter_count > 0) emit(r, distance);
     if (scene->channels > 1) reweigh(r, hit, distance);
     if (hit < 0 && !touches) {
         leave(r);
