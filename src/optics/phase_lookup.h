@@ -26,7 +26,7 @@ static inline RPhase r_phase(const NphPhase *phase) {
     out.rest1 = (Real)(1.0 - nph_abs(phase->g[1]));
     out.weight = (Real)phase->weight;
     out.draine = r_draine(phase->g[0], phase->kind == NPH_PHASE_DRAINE ? phase->alpha : 0.0);
-    out.half = phase->table ? phase->table->half : NULL;
+    out.half = phase->kind == NPH_PHASE_TABULATED ? phase->table->half : NULL;
     return out;
 }
 

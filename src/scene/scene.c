@@ -17,6 +17,7 @@ static void free_scene_parts(NphContext *context, NphScene *scene) {
         nph_free(context, scene->media[i].unmodelled);
         nph_grid_free(context, &scene->media[i].grid);
         nph_emission_free(context, &scene->media[i].emission);
+        nph_phase_free(context, &scene->media[i].phase);
     }
     for (int i = 0; i < scene->light_count; i++) {
         nph_free(context, scene->lights[i].name);
@@ -75,8 +76,11 @@ static const char *base_name(const char *path) {
 
 static void close_reader(NphSceneReader *reader) {
     if (reader->has_document) yaml_document_delete(&reader->document);
-    for (int i = 0; i < NPH_MAX_MEDIA; i++) nph_free(reader->context, reader->volumes[i].path);
-    for (int i = 0; i < NPH_MAX_MEDIA; i++) nph_free(reader->context, reader->emissions[i].file.path);
+    for (int i = 0; i < NPH_MAX_MEDIA; i++) {
+        nph_free(reader->context, reader->volumes[i].path);
+        nph_free(reader->context, reader->phases[i].path);
+        nph_free(reader->context, reader->emissions[i].file.path);
+    }
     for (int i = 0; i < NPH_MAX_LIGHTS; i++) nph_free(reader->context, reader->maps[i].path);
     for (int i = 0; i < NPH_MAX_SURFACES; i++) nph_free(reader->context, reader->meshes[i].path);
     nph_free(reader->context, reader);

@@ -80,6 +80,20 @@ static void put_emission(Digest *digest, const NphEmission *emission) {
     if (emission->kind == NPH_EMISSION_GRID) put_doubles(digest, emission->world_from_grid, 12);
 }
 
+static void put_phase(Digest *digest, const NphPhase *phase) {
+    put_int(digest, phase->kind);
+    put_doubles(digest, phase->g, 2);
+    put_doubles(digest, &phase->weight, 1);
+    if (phase->kind == NPH_PHASE_DRAINE) put_doubles(digest, &phase->alpha, 1);
+    if (phase->kind != NPH_PHASE_TABULATED) return;
+    for (int h = 0; h < 2; h++) {
+        const NphPhaseHalf *half = &phase->table->half[h];
+        put_int(digest, half->count);
+        put_doubles(digest, half->x, half->count + 1);
+        put_doubles(digest, half->value, half->count + 1);
+    }
+}
+
 static void put_medium(Digest *digest, const NphMedium *medium) {
     put_int(digest, medium->shape);
     if (medium->shape == NPH_SHAPE_GRID) put_grid(digest, &medium->grid);
@@ -91,9 +105,7 @@ static void put_medium(Digest *digest, const NphMedium *medium) {
     put_doubles(digest, medium->extinction_per_m, 3);
     put_doubles(digest, medium->albedo, 3);
     put_emission(digest, &medium->emission);
-    put_int(digest, medium->phase.kind);
-    put_doubles(digest, medium->phase.g, 2);
-    put_doubles(digest, &medium->phase.weight, 1);
+    put_phase(digest, &medium->phase);
 }
 
 static void put_light(Digest *digest, const NphLight *light) {

@@ -14,6 +14,7 @@
 #include "core/text.h"
 #include "field/cloud.h"
 #include "field/grid.h"
+#include "io/phase_rows.h"
 #include "scene/scene_read.h"
 
 static const double MOST_PER_M = 1e9;
@@ -127,6 +128,14 @@ static NphStatus load_volume(NphContext *context, const NphSceneFile *file, NphG
     return NPH_BAD_INPUT;
 }
 
+static NphStatus load_phase(NphContext *context, const NphSceneFile *file, NphPhase *phase) {
+    NphArray rows = {0};
+    NPH_TRY(nph_phase_rows_read(context, file->path, &rows));
+    NphStatus status = nph_phase_tabulate(context, &rows, file->path, phase);
+    nph_array_free(context, &rows);
+    return status;
+}
+
 static NphStatus load_map(NphContext *context, const NphSceneFile *file, NphEnvironment *map) {
     NphImage image = {0};
     NPH_TRY(nph_exr_read(context, file->path, &image));
@@ -180,6 +189,12 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
         if (reader->bad_inputs == bad && reader->mistakes == 0) NPH_TRY(nph_scene_load_emission(reader, i));
     }
     NPH_TRY(nph_scene_find_unmodelled(reader));
+    for (int i = 0; i < scene->medium_count; i++) {
+        const NphSceneFile *file = &reader->phases[i];
+        if (!file->path) continue;
+        NphStatus status = load_phase(reader->context, file, &scene->media[i].phase);
+        NPH_TRY(nph_scene_note(reader, file, "table of a phase function", status));
+    }
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;

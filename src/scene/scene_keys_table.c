@@ -2,6 +2,7 @@
  *
  * Every key of a scene file. After a change run the test scene_docs with NEPHOS_UPDATE_DOCS=1 to renew docs/scene.md
  * and docs/scene.schema.json. */
+#include "optics/phase.h"
 #include "scene/scene_keys.h"
 
 #define FAR_M 1e12       /* coordinates: beyond, an f64 cannot tell a tenth of a millimetre */
@@ -11,7 +12,7 @@
 
 #define CAMERAS "perspective|orthographic|flux"
 #define EMISSIONS "volume|blackbody"
-#define PHASES "isotropic|hg|two_lobe|rayleigh"
+#define PHASES "isotropic|hg|two_lobe|rayleigh|draine|tabulated"
 #define LIGHTS "sun|constant|environment|point"
 
 const char nph_key_required[] = "required";
@@ -43,7 +44,8 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "Rotation about an axis through the origin, by the right-hand rule: about z, from +x towards +y."},
     {"phase", "a phase function", "type", PHASES,
      "How light is scattered. Left out: isotropic. Positive g is forward. hg is Henyey and Greenstein's function; "
-     "two_lobe is weight * hg(g) + (1 - weight) * hg(g2)."},
+     "two_lobe is weight * hg(g) + (1 - weight) * hg(g2); draine is hg(g) * (1 + alpha cos^2), normalised. All channels "
+     "share one phase function."},
     {"light", "a light", "type", LIGHTS,
      "Directions point from the scene towards the light; azimuth counts from +x towards +y. In the middle of an "
      "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y."},
@@ -150,9 +152,15 @@ const NphSceneKey nph_scene_keys[] = {
     {"rotate", "angle", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, REQUIRED, NULL, "Angle."},
 
     {"phase", "type", NPH_KEY_WORD, 0, 0, "", PHASES, REQUIRED, NULL, "Kind of phase function."},
-    {"phase", "g", NPH_KEY_NUMBER, -MOST_G, MOST_G, "", NULL, REQUIRED, "hg|two_lobe", "Mean cosine (of the first lobe)."},
+    {"phase", "g", NPH_KEY_NUMBER, -MOST_G, MOST_G, "", NULL, REQUIRED, "hg|two_lobe|draine",
+     "Mean cosine (of the first lobe; of draine's first factor)."},
     {"phase", "g2", NPH_KEY_NUMBER, -MOST_G, MOST_G, "", NULL, REQUIRED, "two_lobe", "Mean cosine of the second lobe."},
     {"phase", "weight", NPH_KEY_NUMBER, 0, 1, "", NULL, REQUIRED, "two_lobe", "Share of the first lobe."},
+    {"phase", "alpha", NPH_KEY_NUMBER, 0, NPH_PHASE_MOST_ALPHA, "", NULL, REQUIRED, "draine",
+     "0: hg; 1 with g = 0: rayleigh."},
+    {"phase", "file", NPH_KEY_FILE, 1, 4095, "", NULL, REQUIRED, "tabulated",
+     "Text with a row per angle: degrees, rising from 0 to 180, and a value of at least 0 at any scale; `#` starts a "
+     "comment. Linear in the cosine between rows, normalised."},
 
     {"light", "type", NPH_KEY_WORD, 0, 0, "", LIGHTS, REQUIRED, NULL, "Kind of light."},
     {"light", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, "sun", "Towards the sun, of any length but 0."},

@@ -56,7 +56,7 @@ typedef struct NphSceneReader {
     int has_document;
     int mistakes;   /* in the scene */
     int bad_inputs; /* in files it names */
-    NphSceneFile volumes[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
+    NphSceneFile volumes[NPH_MAX_MEDIA], phases[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
     NphSceneEmission emissions[NPH_MAX_MEDIA];
 } NphSceneReader;

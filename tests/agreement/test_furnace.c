@@ -72,6 +72,15 @@ START_TEST(overlapping_media_are_a_furnace) {
 }
 END_TEST
 
+START_TEST(draine_and_tables_are_furnaces) {
+    check_exact(render_text("%smedia:\n"
+                            "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 5, albedo: 1, phase: {type: draine, g: 0.9, alpha: 30}}\n"
+                            "  - {box: [[0.3, 0.2, 0.4], [1.5, 1.4, 1.2]], extinction: 9, albedo: 1,\n"
+                            "     phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}\n%s",
+                            render_text(head, "-2, -1.5, 1.2", "0.7, 0.6, 0.6"), constant), 32);
+}
+END_TEST
+
 START_TEST(a_furnace_seen_from_inside_is_one) {
     check_exact(render_text("%s%s%s", render_text(head, "0.5, 0.5, 0.5", "1, 0.6, 0.6"), render_text(cube, 0.5), constant), 32);
 }
@@ -80,19 +89,6 @@ END_TEST
 START_TEST(cumulus_and_rico_are_furnaces) {
     check_exact(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "40"), constant), 32);
     check_exact(render_text("%s%s%s", render_text(head, "320, -1500, 900", "320, 370, 900"), rico, constant), 32);
-}
-END_TEST
-
-START_TEST(chromatic_media_are_a_furnace) {
-    if (!nph_test_statistics("chromatic furnace")) return;
-    check_verdict(render_text("%s%s%s", render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), chromatic, constant), 8192);
-}
-END_TEST
-
-START_TEST(a_chromatic_cumulus_is_a_furnace) {
-    if (!nph_test_statistics("chromatic cumulus furnace")) return;
-    check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[5, 5.5, 6]"), constant),
-                  6144);
 }
 END_TEST
 
@@ -111,6 +107,32 @@ static const char *write_white_map(void) {
     nph_test_context_close(context);
     return path;
 }
+
+/* Both ways of finding the map's light, with the new densities; and beside a sun, which guides directions. */
+START_TEST(a_white_map_around_a_tabulated_cloud_is_a_furnace) {
+    if (!nph_test_statistics("furnace of a white map around a tabulated cloud")) return;
+    const char *path = write_white_map();
+    static const char *const phases[] = {"type: tabulated, file: ../data/gpl/c1_phase.txt", "type: draine, g: 0.8, alpha: 10"};
+    for (int i = 0; i < 2; i++)
+        check_verdict(render_text("%smedia:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 8, albedo: 1, phase: {%s}}\n"
+                                  "lights:\n  - {type: environment, file: %s}\n"
+                                  "  - {type: sun, direction: [1, 0.8, -0.3], irradiance: 1e-9}\n",
+                                  render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), phases[i], path), 4096);
+}
+END_TEST
+
+START_TEST(chromatic_media_are_a_furnace) {
+    if (!nph_test_statistics("chromatic furnace")) return;
+    check_verdict(render_text("%s%s%s", render_text(head, "-2, -1.5, 1.2", "0.5, 0.5, 0.5"), chromatic, constant), 8192);
+}
+END_TEST
+
+START_TEST(a_chromatic_cumulus_is_a_furnace) {
+    if (!nph_test_statistics("chromatic cumulus furnace")) return;
+    check_verdict(render_text("%s%s%s", render_text(head, "-3, -2, 1", "0, 0, 0.4"), render_text(cumulus, "[5, 5.5, 6]"), constant),
+                  6144);
+}
+END_TEST
 
 /* The same light as a map: every vertex samples it, and both ways of finding it must add up to one. */
 START_TEST(a_white_map_found_by_light_samples_and_by_chance_is_a_furnace) {
@@ -136,10 +158,12 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, grey_furnaces_have_no_variance_and_are_exactly_one);
     tcase_add_test(cases, overlapping_media_are_a_furnace);
+    tcase_add_test(cases, draine_and_tables_are_furnaces);
     tcase_add_test(cases, a_furnace_seen_from_inside_is_one);
     tcase_add_test(cases, cumulus_and_rico_are_furnaces);
     tcase_add_test(cases, a_white_map_found_by_light_samples_and_by_chance_is_a_furnace);
     tcase_add_test(cases, a_white_map_beside_a_faint_sun_is_a_furnace);
+    tcase_add_test(cases, a_white_map_around_a_tabulated_cloud_is_a_furnace);
     tcase_add_test(cases, chromatic_media_are_a_furnace);
     tcase_add_test(cases, a_chromatic_cumulus_is_a_furnace);
 }

@@ -322,6 +322,83 @@ START_TEST(the_digest_sees_the_contents_of_volumes_and_not_their_names) {
 }
 END_TEST
 
+static void write_text(const char *name, const char *text) { write_bytes(name, text, strlen(text)); }
+
+/* One mesh in two formats, its vertices in two orders: two triangles over the unit square. */
+static const char square_obj[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+static const char square_ply[] =
+    "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n"
+    "property list uchar int vertex_indices\nend_header\n0 1 0\n1 1 0\n0 0 0\n1 0 0\n0 0 0\n3 2 3 1\n3 4 1 0\n";
+
+START_TEST(meshes_lie_where_their_transforms_say) {
+    NphContext *context = nph_test_context(1);
+    double lo[3], hi[3];
+    write_text("a.obj", square_obj);
+    write_text("a.ply", square_ply);
+    NphScene *scene = must_parse(context, HEAD
+        "surfaces:\n"
+        "- {mesh: a.obj, albedo: .25, transform: [{scale: [2, 4, 1]}, {translate: [10, 20, 30]}]}\n"
+        "- {plane: 28}\n"
+        "- {mesh: a.ply, name: door}\n");
+    const NphSurface *s = scene->surfaces;
+    ck_assert(!s[0].is_plane && s[1].is_plane && !s[2].is_plane && s[0].albedo[1] == .25);
+    ck_assert_str_eq(s[2].name, "door");
+    ck_assert(s[0].mesh.triangle_count == 2 && s[0].mesh.area_m2 == 8 && s[2].mesh.area_m2 == 1);
+    nph_scene_bounds(scene, lo, hi);
+    check3(lo, 0, 0, 0);
+    check3(hi, 12, 24, 30);
+    const NphBvh *bvh = &scene->bvh; /* planes are not in it */
+    check3(bvh->origin, 6, 12, 15);
+    ck_assert(bvh->mesh_count == 2 && bvh->mesh_first[1] == 2 && bvh->mesh_first[2] == 4 && bvh->vertex_count == 9);
+    check3(bvh->vertices, 4, 8, 15);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+
+#define PHASE(file) HEAD "media:\n- {box: [[0, 0, 0], [1, 1, 1]], extinction: 1, phase: {type: tabulated, file: " file "}}\n"
+
+START_TEST(a_tabulated_phase_function_is_what_its_file_holds) {
+    NphContext *context = nph_test_context(1);
+    uint8_t digest[4][16];
+    write_text("a.txt", "# angle value\n0 3\n90 1\n180 1\n");
+    write_text("b.txt", "0,30\n90,10\n180,10\n"); /* the same at another scale */
+    write_text("c.txt", "0 3\n90 1\n180 1.001\n");
+    write_text("d.txt", "0 3\n30 1\n180 1\n");
+    NphScene *scene = must_parse(context, PHASE("a.txt"));
+    const NphPhase *phase = &scene->media[0].phase;
+    ck_assert_int_eq(phase->kind, NPH_PHASE_TABULATED);
+    /* 1 + 2 c from cos 1 to 0, then 1: integral 2 pi (2 + 1), of c times that 2 pi (1/2 + 2/3 - 1/2) */
+    ck_assert_double_eq_tol(nph_phase_value(phase, 1.0), 3.0 / (6.0 * 3.14159265358979324), 1e-15);
+    ck_assert_double_eq_tol(nph_phase_value(phase, 0.5), 2.0 / (6.0 * 3.14159265358979324), 1e-15);
+    ck_assert_double_eq_tol(nph_phase_mean_cosine(phase), (7.0 / 6.0 - 0.5) / 3.0, 1e-15);
+    nph_scene_free(context, scene);
+    digest_of(context, PHASE("a.txt"), digest[0]);
+    digest_of(context, PHASE("b.txt"), digest[1]);
+    digest_of(context, PHASE("c.txt"), digest[2]);
+    digest_of(context, PHASE("d.txt"), digest[3]);
+    ck_assert_mem_eq(digest[0], digest[1], 16);
+    ck_assert_mem_ne(digest[0], digest[2], 16);
+    ck_assert_mem_ne(digest[0], digest[3], 16);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(phase_tables_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    write_text("bad.txt", "0 3\n90 one\n180 1\n");
+    write_text("dark.txt", "0 0\n180 0\n");
+    ck_assert_int_eq(parse(context, PHASE("bad.txt"), &scene), NPH_BAD_INPUT);
+    const char *messages = nph_test_messages();
+    ck_assert(strstr(messages, "bad.txt:2: the value is 'one'") && strstr(messages, "s:4:79: this table of a phase function"));
+    ck_assert_int_eq(parse(context, PHASE("dark.txt"), &scene), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "all values are 0"));
+    ck_assert_int_eq(parse(context, PHASE("none.txt"), &scene), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:79: table of the phase function 'none.txt' cannot be read: No such file"));
+    nph_test_context_close(context);
+}
+END_TEST
+
 #define SUNSET "reference/data/env/exr_variants/sunset256_half_"
 
 static const char *environment_scene(const char *file, const char *settings) {
@@ -379,38 +456,6 @@ START_TEST(maps_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
 }
 END_TEST
 
-static void write_text(const char *name, const char *text) { write_bytes(name, text, strlen(text)); }
-
-/* One mesh in two formats, its vertices in two orders: two triangles over the unit square. */
-static const char square_obj[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
-static const char square_ply[] =
-    "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n"
-    "property list uchar int vertex_indices\nend_header\n0 1 0\n1 1 0\n0 0 0\n1 0 0\n0 0 0\n3 2 3 1\n3 4 1 0\n";
-
-START_TEST(meshes_lie_where_their_transforms_say) {
-    NphContext *context = nph_test_context(1);
-    double lo[3], hi[3];
-    write_text("a.obj", square_obj);
-    write_text("a.ply", square_ply);
-    NphScene *scene = must_parse(context, HEAD
-        "surfaces:\n"
-        "- {mesh: a.obj, albedo: .25, transform: [{scale: [2, 4, 1]}, {translate: [10, 20, 30]}]}\n"
-        "- {plane: 28}\n"
-        "- {mesh: a.ply, name: door}\n");
-    const NphSurface *s = scene->surfaces;
-    ck_assert(!s[0].is_plane && s[1].is_plane && !s[2].is_plane && s[0].albedo[1] == .25);
-    ck_assert_str_eq(s[2].name, "door");
-    ck_assert(s[0].mesh.triangle_count == 2 && s[0].mesh.area_m2 == 8 && s[2].mesh.area_m2 == 1);
-    nph_scene_bounds(scene, lo, hi);
-    check3(lo, 0, 0, 0);
-    check3(hi, 12, 24, 30);
-    const NphBvh *bvh = &scene->bvh; /* planes are not in it */
-    check3(bvh->origin, 6, 12, 15);
-    ck_assert(bvh->mesh_count == 2 && bvh->mesh_first[1] == 2 && bvh->mesh_first[2] == 4 && bvh->vertex_count == 9);
-    check3(bvh->vertices, 4, 8, 15);
-    nph_scene_free(context, scene);
-    nph_test_context_close(context);
-}
 END_TEST
 
 START_TEST(the_digest_sees_the_triangles_of_a_mesh_and_not_its_format) {
@@ -471,8 +516,9 @@ START_TEST(any_allocation_that_fails_while_files_load_is_reported_and_nothing_le
     write_bytes("les.txt", les, sizeof les - 1);
     write_text("a.obj", square_obj);
     write_text("a.ply", square_ply);
+    write_text("a.txt", "0 3\n90 1\n180 1\n");
     char text[3000];
-    snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1}\n"
+    snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1, phase: {type: tabulated, file: a.txt}}\n"
              "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n"
              "surfaces: [{mesh: a.obj}, {plane: 0}, {mesh: a.ply}]\n"
              "lights:\n- {type: environment, file: %s}\n", nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"),
@@ -509,6 +555,8 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_folder_in_place_of_a_volume_and_an_unknown_grid_are_refused);
     tcase_add_test(cases, extinction_times_the_largest_density_is_bounded);
     tcase_add_test(cases, the_digest_sees_the_contents_of_volumes_and_not_their_names);
+    tcase_add_test(cases, a_tabulated_phase_function_is_what_its_file_holds);
+    tcase_add_test(cases, phase_tables_that_cannot_be_used_are_named_with_their_place_in_the_scene);
     tcase_add_test(cases, an_environment_map_is_scaled_and_turned_as_the_scene_says);
     tcase_add_test(cases, the_digest_sees_the_pixels_of_a_map_and_not_their_compression);
     tcase_add_test(cases, maps_that_cannot_be_used_are_named_with_their_place_in_the_scene);

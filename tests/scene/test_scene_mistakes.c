@@ -198,15 +198,21 @@ static const Wrong wrong[] = {
 
     /* phase functions */
     {MEDIUM "    phase: hg\n", 6, 12, "phase is 'hg'; expected a mapping", 1},
-    {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic, hg, two_lobe, rayleigh)", 1},
-    {MEDIUM "    phase: {type: hgg, g: 0.5}\n", 6, 19, "type: 'hgg' is not known; allowed: isotropic, hg, two_lobe, rayleigh; "
+    {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic, hg, two_lobe, rayleigh, draine, tabulated)", 1},
+    {MEDIUM "    phase: {type: hgg, g: 0.5}\n", 6, 19, "type: 'hgg' is not known; allowed: isotropic, hg, two_lobe, rayleigh, draine, tabulated; "
      "did you mean 'hg'?", 1},
     {MEDIUM "    phase: {type: hg}\n", 6, 12, "a phase function lacks g", 1},
     {MEDIUM "    phase: {type: hg, g: 2}\n", 6, 26, "g is '2'; allowed: -0.99999 to 0.99999", 1},
     {MEDIUM "    phase: {type: hg, g: -1}\n", 6, 26, "g is '-1'", 1},
-    {MEDIUM "    phase: {type: isotropic, g: 0}\n", 6, 30, "g does not go with type isotropic, only with hg or two_lobe", 1},
+    {MEDIUM "    phase: {type: isotropic, g: 0}\n", 6, 30, "g does not go with type isotropic, only with hg or two_lobe or draine", 1},
     {MEDIUM "    phase: {type: two_lobe, g: 0.8}\n", 6, 12, "lacks g2", 2},
     {MEDIUM "    phase: {type: two_lobe, g: 0.8, g2: 0, weight: 1.5}\n", 6, 52, "weight is '1.5'; allowed: 0 to 1", 1},
+    {MEDIUM "    phase: {type: draine, g: 0.8}\n", 6, 12, "lacks alpha", 1},
+    {MEDIUM "    phase: {type: draine, g: 0.8, alpha: -1}\n", 6, 42, "alpha is '-1'; allowed: 0 to 1000", 1},
+    {MEDIUM "    phase: {type: hg, g: 0.8, alpha: 1}\n", 6, 31, "alpha does not go with type hg, only with draine", 1},
+    {MEDIUM "    phase: {type: tabulated}\n", 6, 12, "a phase function lacks file", 1},
+    {MEDIUM "    phase: {type: tabulated, file: 3, g: 0.5}\n", 6, 39, "g does not go with type tabulated", 2},
+    {MEDIUM "    phase: {type: draine, g: 0.8, alpha: 1, file: x}\n", 6, 45, "file does not go with type draine, only with tabulated", 1},
 
     /* transforms */
     {MEDIUM "    transform: {scale: 2}\n", 6, 16, "transform is a mapping; expected a list", 1},

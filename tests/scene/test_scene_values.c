@@ -98,6 +98,16 @@ START_TEST(the_media_are_what_the_scene_writes) {
 }
 END_TEST
 
+START_TEST(phase_functions_are_what_the_scene_writes) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, HEAD "media:\n- {layer: [0, 1], extinction: 1, phase: {type: draine, g: -0.25, alpha: 37}}\n");
+    const NphPhase *phase = &scene->media[0].phase;
+    ck_assert(phase->kind == NPH_PHASE_DRAINE && phase->g[0] == -0.25 && phase->alpha == 37 && phase->table == NULL);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(the_lights_and_the_run_are_what_the_scene_writes) {
     NphContext *context = nph_test_context(1);
     NphScene *scene = parse(context, everything);
@@ -402,6 +412,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, the_camera_is_what_the_scene_writes);
     tcase_add_test(cases, the_media_are_what_the_scene_writes);
+    tcase_add_test(cases, phase_functions_are_what_the_scene_writes);
     tcase_add_test(cases, the_lights_and_the_run_are_what_the_scene_writes);
     tcase_add_test(cases, planes_are_what_the_scene_writes);
     tcase_add_test(cases, left_out_keys_take_their_defaults);

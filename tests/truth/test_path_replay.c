@@ -33,6 +33,18 @@ static const char *const scenes[] = {
            "lights:\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n",
     CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 0.1, phase: {type: rayleigh}}\n"
            "lights:\n  - {type: constant, radiance: 1}\n",
+    /* a table with a peak, Draine's with and without one, alone and overlapping in colour */
+    CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 20, albedo: 0.99, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}\n"
+           "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n  - {type: constant, radiance: 0.1}\n",
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: draine, g: 0.9, alpha: 20}}\n"
+           "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n",
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: draine, g: 0.1, alpha: 0.5}}\n"
+           "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n",
+    CAMERA "media:\n"
+           "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], phase: {type: draine, g: -0.5, alpha: 2}}\n"
+           "  - {box: [[0.2, 0, 0], [1.5, 0.7, 1]], extinction: [2, 5, 0], albedo: 1, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
+           "  - {type: point, position: [0.5, 0.5, 1.5], intensity: [1, 2, 3]}\n",
     /* a layer seen by a flux sensor */
     "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 2.5], direction: [0, 0, -1], up: [0, 1, 0], extent: 1}\n"
     "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: isotropic}}\n"

@@ -106,6 +106,8 @@ SUNLIGHT(sunlight_isotropic, NPH_PHASE_ISOTROPIC)
 SUNLIGHT(sunlight_hg, NPH_PHASE_HG)
 SUNLIGHT(sunlight_two_lobe, NPH_PHASE_TWO_LOBE)
 SUNLIGHT(sunlight_rayleigh, NPH_PHASE_RAYLEIGH)
+SUNLIGHT(sunlight_draine, NPH_PHASE_DRAINE)
+SUNLIGHT(sunlight_tabulated, NPH_PHASE_TABULATED)
 
 static void sample_sun(NphPathBatch *batch, int number, uint32_t vertex) {
     const RLight *light = &batch->scene->lights[number];
@@ -118,7 +120,8 @@ static void sample_sun(NphPathBatch *batch, int number, uint32_t vertex) {
                      r_tile(batch, &stream, batch->queued, 0)};
     void (*const samples[])(const RSunlight *, const Real *, const int32_t *, const int32_t *, const Real *, Real *) = {
         [NPH_PHASE_ISOTROPIC] = sunlight_isotropic, [NPH_PHASE_HG] = sunlight_hg,
-        [NPH_PHASE_TWO_LOBE] = sunlight_two_lobe, [NPH_PHASE_RAYLEIGH] = sunlight_rayleigh};
+        [NPH_PHASE_TWO_LOBE] = sunlight_two_lobe, [NPH_PHASE_RAYLEIGH] = sunlight_rayleigh,
+        [NPH_PHASE_DRAINE] = sunlight_draine, [NPH_PHASE_TABULATED] = sunlight_tabulated};
     samples[medium->phase.kind](&sun, paths->p[0], paths->id, batch->queue, batch->distance, batch->ray[0]);
     for (int k = 0; k < batch->queued; k++) batch->ray_id[k] = paths->id[batch->queue[k]];
 }

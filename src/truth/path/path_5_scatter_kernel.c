@@ -50,8 +50,12 @@ TURN(turn_isotropic, NPH_PHASE_ISOTROPIC, 0)
 TURN(turn_hg, NPH_PHASE_HG, 0)
 TURN(turn_two_lobe, NPH_PHASE_TWO_LOBE, 0)
 TURN(turn_rayleigh, NPH_PHASE_RAYLEIGH, 0)
+TURN(turn_draine, NPH_PHASE_DRAINE, 0)
+TURN(turn_tabulated, NPH_PHASE_TABULATED, 0)
 TURN(guide_hg, NPH_PHASE_HG, 1)
 TURN(guide_two_lobe, NPH_PHASE_TWO_LOBE, 1)
+TURN(guide_draine, NPH_PHASE_DRAINE, 1)
+TURN(guide_tabulated, NPH_PHASE_TABULATED, 1)
 
 /* Moves the paths that live together, in their order. */
 static int close_ranks(const NphPathBatch *batch, const RPaths *from, RPaths *to) {
@@ -86,7 +90,8 @@ static int scatter_lanes(NphPathBatch *batch, uint32_t vertex) {
                         r_tile(batch, &stream, batch->queued, 0)};
     void (*const turns[])(const RScatter *, const Real *, const int32_t *, const int32_t *, const Real *, Real *) = {
         [NPH_PHASE_ISOTROPIC] = turn_isotropic, [NPH_PHASE_HG] = guided ? guide_hg : turn_hg, [NPH_PHASE_TWO_LOBE] = guided ? guide_two_lobe : turn_two_lobe,
-        [NPH_PHASE_RAYLEIGH] = turn_rayleigh};
+        [NPH_PHASE_RAYLEIGH] = turn_rayleigh, [NPH_PHASE_DRAINE] = guided ? guide_draine : turn_draine,
+        [NPH_PHASE_TABULATED] = guided ? guide_tabulated : turn_tabulated};
     turns[medium->phase.kind](&scatter, from->p[0], from->id, batch->queue, batch->distance, to->p[0]);
     return close_ranks(batch, from, to);
 }

@@ -8,6 +8,13 @@
 
 static double luminance(const double c[3]) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
 
+/* Draine's and tables are taken for peaked from twice isotropic scattering on. */
+static int has_peak(const NphPhase *phase) {
+    if (phase->kind == NPH_PHASE_HG || phase->kind == NPH_PHASE_TWO_LOBE) return 1;
+    int may = phase->kind == NPH_PHASE_DRAINE || phase->kind == NPH_PHASE_TABULATED;
+    return may && nph_phase_peak(phase) > 0.15915494309189535;
+}
+
 /* The brightest sun, where a phase function has a peak that could meet it. */
 static void choose_guide(const NphJob *job, NphPathChoice *choice) {
     const NphScene *scene = job->scene;
@@ -15,8 +22,7 @@ static void choose_guide(const NphJob *job, NphPathChoice *choice) {
     int peaks = 0, grids = 0;
     choice->guide = -1;
     for (int m = 0; m < scene->medium_count; m++) {
-        NphPhaseKind kind = scene->media[m].phase.kind;
-        peaks |= choice->transport.used[m] && (kind == NPH_PHASE_HG || kind == NPH_PHASE_TWO_LOBE);
+        peaks |= choice->transport.used[m] && has_peak(&scene->media[m].phase);
         grids |= choice->transport.used[m] && scene->media[m].shape == NPH_SHAPE_GRID;
     }
     for (int l = 0; l < scene->light_count; l++) {
