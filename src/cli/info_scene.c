@@ -8,7 +8,7 @@
 #include "scene/model.h"
 
 static void tell_sensor(Facts *facts, const NphSensor *sensor) {
-    static const char *const kinds[] = {"perspective", "orthographic", "flux"};
+    static const char *const kinds[] = {"perspective", "orthographic", "flux", "fisheye", "fluence", "radiance"};
     facts_group(facts, "sensor");
     facts_text(facts, "kind", kinds[sensor->kind]);
     facts_integers(facts, "size", 2, (int32_t[]){sensor->width, sensor->height});
@@ -16,6 +16,7 @@ static void tell_sensor(Facts *facts, const NphSensor *sensor) {
     facts_numbers(facts, "position_m", 3, sensor->position);
     facts_numbers(facts, "forward", 3, sensor->forward);
     facts_numbers(facts, "half_size", 2, sensor->half_size);
+    if (sensor->kind == NPH_SENSOR_RADIANCE) facts_numbers(facts, "seen", 3, sensor->seen);
     facts_end(facts);
 }
 
@@ -84,6 +85,9 @@ NphStatus info_scene(Info *info) {
     facts_numbers(facts, "bounds_max_m", 3, hi);
     facts_integer(facts, "samples_per_pixel", scene->default_spp);
     facts_integer(facts, "seed", scene->default_seed);
+    const NphPeriod *period = &scene->period;
+    if (period->on[0]) facts_numbers(facts, "periodic_x_m", 2, (double[]){period->lo[0], period->hi[0]});
+    if (period->on[1]) facts_numbers(facts, "periodic_y_m", 2, (double[]){period->lo[1], period->hi[1]});
     tell_sensor(facts, &scene->sensor);
     facts_list(facts, "media");
     for (int i = 0; i < scene->medium_count; i++) tell_medium(facts, &scene->media[i]);

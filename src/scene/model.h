@@ -12,19 +12,31 @@
 
 enum { NPH_MAX_MEDIA = 64, NPH_MAX_LIGHTS = 32, NPH_MAX_SURFACES = 64 };
 
-typedef enum NphSensorKind { NPH_SENSOR_PERSPECTIVE, NPH_SENSOR_ORTHOGRAPHIC, NPH_SENSOR_FLUX } NphSensorKind;
+typedef enum NphSensorKind {
+    NPH_SENSOR_PERSPECTIVE,
+    NPH_SENSOR_ORTHOGRAPHIC,
+    NPH_SENSOR_FLUX,
+    NPH_SENSOR_FISHEYE,
+    NPH_SENSOR_FLUENCE,
+    NPH_SENSOR_RADIANCE
+} NphSensorKind;
 
 /* Pixel (x, y) covers s in [2x/W - 1, 2(x+1)/W - 1], t in [1 - 2(y+1)/H, 1 - 2y/H]: t rises upwards.
  * perspective: from position along forward + s half_size[0] right + t half_size[1] up (half_size: tangents).
  * orthographic: from position + s half_size[0] right + t half_size[1] up along forward (half_size: metres).
  * flux: the same points of a rectangle; the pixel is the irradiance [W/m2] that arrives there from the hemisphere
- * around forward, the delta sun's direct beam included. */
+ * around forward, the delta sun's direct beam included.
+ * fluence: the same points; the pixel is the integral of the radiance over all directions [W/m2], the delta sun included.
+ * radiance: the same points, along `seen`; orthographic is that with `seen` = forward.
+ * fisheye, equidistant: with a = s half_size[0], b = t half_size[1], r = sqrt(a^2 + b^2) [rad] along
+ * cos r forward + sin r (a right + b up) / r; nothing is seen beyond r = the smaller half_size. */
 typedef struct NphSensor {
     NphSensorKind kind;
     int width, height;
     int crop[4];                                     /* x0, y0, x1, y1; whole image unless cropped */
     double position[3], right[3], up[3], forward[3]; /* right, up, forward: orthonormal */
     double half_size[2];
+    double seen[3];                                  /* unit; of radiance and orthographic */
 } NphSensor;
 
 typedef enum NphShape {
@@ -55,9 +67,16 @@ typedef struct NphSurface {
     double albedo[3]; /* in [0, 1] */
 } NphSurface;
 
+/* Sides that repeat: everything is cut to [lo, hi] along the axes that are on (x, y) and stands there once a period. */
+typedef struct NphPeriod {
+    int on[2];
+    double lo[2], hi[2];
+} NphPeriod;
+
 struct NphScene {
     char *name;                         /* file name without folder */
     NphSensor sensor;
+    NphPeriod period;
     int medium_count, light_count, surface_count;
     NphMedium media[NPH_MAX_MEDIA];
     NphLight lights[NPH_MAX_LIGHTS];
@@ -65,7 +84,7 @@ struct NphScene {
     NphBvh bvh;                         /* of all meshes, in the order of surfaces, about nph_scene_origin; no nodes: none */
     int64_t default_spp;                /* render: section; overridden by the command line */
     uint32_t default_seed;
-    uint8_t digest[16];                 /* XXH128 (canonical) of sensor, media, lights, surfaces with the contents of their
+    uint8_t digest[16];                 /* XXH128 (canonical) of sensor, period, media, lights, surfaces with the contents of their
                                            files; names, paths, comments, order of keys, defaults written out or not,
                                            and the render: section (part of a run, not of the scene) do not enter */
 };

@@ -55,6 +55,7 @@ static NphStatus read_sections(NphSceneReader *reader) {
     if ((value = nph_section_value(&scene, "media"))) NPH_TRY(nph_scene_read_media(reader, value->node));
     if ((value = nph_section_value(&scene, "lights"))) NPH_TRY(nph_scene_read_lights(reader, value->node));
     if ((value = nph_section_value(&scene, "surfaces"))) NPH_TRY(nph_scene_read_surfaces(reader, value->node));
+    if ((value = nph_section_value(&scene, "periodic"))) nph_scene_read_period(reader, value->node);
     read_render(reader, nph_section_value(&scene, "render"));
     return NPH_OK;
 }
@@ -63,6 +64,7 @@ static NphStatus read_scene(NphSceneReader *reader, const char *text, size_t siz
     NPH_TRY(nph_scene_document(reader, text, size));
     if (reader->has_document) NPH_TRY(read_sections(reader));
     if (reader->mistakes == 0 && reader->bad_inputs == 0) NPH_TRY(nph_scene_load_files(reader));
+    if (reader->mistakes == 0 && reader->bad_inputs == 0) nph_scene_check_period(reader);
     if (reader->mistakes) return NPH_BAD_SCENE;
     if (reader->bad_inputs) return NPH_BAD_INPUT;
     NPH_TRY(nph_scene_build_surfaces(reader->context, reader->scene));

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The camera section to NphSensor: an orthonormal frame right, up, forward with right = forward x up, and the half size
- * of the picture, the field of view or extent being that of its shorter side. */
+ * of the picture: the tangent of the field of view, its angle (fisheye), or metres across the shorter side. */
 #include <stdio.h>
 #include <string.h>
 
@@ -55,7 +55,9 @@ static void read_size(const NphSceneSection *camera, NphSensor *sensor) {
     double width = resolution->number[0], height = resolution->number[1], shorter = width < height ? width : height;
     sensor->width = (int)width;
     sensor->height = (int)height;
-    if (sensor->kind == NPH_SENSOR_PERSPECTIVE && fov) {
+    if (sensor->kind == NPH_SENSOR_FISHEYE && fov) {
+        half = fov->number[0] * (3.14159265358979323846 / 360);
+    } else if (sensor->kind == NPH_SENSOR_PERSPECTIVE && fov) {
         double sine, cosine;
         nph_sincos2pi(fov->number[0] / 720, &sine, &cosine);
         half = sine / cosine;
@@ -64,6 +66,15 @@ static void read_size(const NphSceneSection *camera, NphSensor *sensor) {
     }
     sensor->half_size[0] = half * (width / shorter);
     sensor->half_size[1] = half * (height / shorter);
+}
+
+/* Parallel rays of an orthographic camera run along its direction. */
+static void read_seen(NphSceneReader *reader, const NphSceneSection *camera, NphSensor *sensor) {
+    const NphSceneValue *seen = nph_section_value(camera, "seen");
+    if (sensor->kind == NPH_SENSOR_ORTHOGRAPHIC) memcpy(sensor->seen, sensor->forward, sizeof sensor->seen);
+    if (sensor->kind != NPH_SENSOR_RADIANCE || !seen) return;
+    if (!nph_vector_normalise(seen->number, sensor->seen))
+        nph_scene_mistake(reader, seen->place, "seen has length 0; give the direction that one looks along");
 }
 
 static void read_crop(NphSceneReader *reader, const NphSceneSection *camera, NphSensor *sensor) {
@@ -89,5 +100,6 @@ void nph_scene_read_camera(NphSceneReader *reader, const yaml_node_t *node) {
     if (position) memcpy(sensor->position, position->number, sizeof sensor->position);
     read_frame(reader, &camera, sensor);
     read_size(&camera, sensor);
+    read_seen(reader, &camera, sensor);
     read_crop(reader, &camera, sensor);
 }

@@ -54,6 +54,16 @@ static void put_sensor(Digest *digest, const NphSensor *sensor) {
     put_doubles(digest, sensor->up, 3);
     put_doubles(digest, sensor->forward, 3);
     put_doubles(digest, sensor->half_size, 2);
+    if (sensor->kind == NPH_SENSOR_RADIANCE) put_doubles(digest, sensor->seen, 3);
+}
+
+static void put_period(Digest *digest, const NphPeriod *period) {
+    for (int a = 0; a < 2; a++) {
+        if (!period->on[a]) continue;
+        put_int(digest, a);
+        put_doubles(digest, &period->lo[a], 1);
+        put_doubles(digest, &period->hi[a], 1);
+    }
 }
 
 /* Brick after brick as the index orders them, so that how equal bricks are shared makes no difference. */
@@ -150,6 +160,7 @@ NphStatus nph_scene_digest(NphContext *context, NphScene *scene) {
     if (!digest.state) return nph_error(context, NPH_NO_MEMORY, "out of memory: state of the scene's digest");
     XXH3_128bits_reset(digest.state);
     put_sensor(&digest, &scene->sensor);
+    put_period(&digest, &scene->period);
     put_int(&digest, scene->medium_count);
     for (int i = 0; i < scene->medium_count; i++) put_medium(&digest, &scene->media[i]);
     put_int(&digest, scene->light_count);

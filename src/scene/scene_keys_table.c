@@ -10,8 +10,8 @@
 #define MOST_LIGHT 1e35  /* below f32's end with room for a sum of lights */
 #define MOST_G 0.99999
 
-#define CAMERAS "perspective|orthographic|flux"
 #define EMISSIONS "volume|blackbody"
+#define CAMERAS "perspective|orthographic|flux|fisheye|fluence|radiance"
 #define PHASES "isotropic|hg|two_lobe|rayleigh|draine|tabulated"
 #define LIGHTS "sun|constant|environment|point"
 
@@ -22,7 +22,10 @@ const NphSceneSectionInfo nph_scene_sections[] = {
     {"camera", "the camera", "type", CAMERAS,
      "Where the picture is seen from. Pixels are square; x runs to the right, y downwards, row 0 is the top. "
      "A `flux` camera is a rectangle whose pixels measure the irradiance [W/m2] that arrives from the hemisphere around "
-     "its direction, the direct beam of a sun included."},
+     "its direction, the direct beam of a sun included. Pixels of `fluence` measure the radiance from all directions "
+     "together [W/m2], a sun included; those of `radiance` the radiance [W/m2/sr] seen along one direction, whatever way "
+     "the rectangle faces. The three may stand inside media. `fisheye` is equidistant: the angle from the viewing "
+     "direction grows evenly from the middle to the rim of a circle, outside of which the picture is black and opaque."},
     {"medium", "a medium", NULL, NULL,
      "What scatters and absorbs. Media may overlap: their coefficients add. Exactly one of `density`, `box` and `layer` "
      "gives the shape; box and layer have density 1. Extinction is per metre of the world: a `scale` changes a medium's "
@@ -52,6 +55,10 @@ const NphSceneSectionInfo nph_scene_sections[] = {
     {"surface", "a surface", NULL, NULL,
      "What light does not pass: opaque, diffusely reflecting (Lambert) on both sides. A triangle mesh, or a level plane "
      "without end. Media on both sides of a surface do not see each other through it."},
+    {"periodic", "periodic", NULL, NULL,
+     "Sides that repeat. Along each axis given here all media are cut to the interval, and what is left stands in the world "
+     "once a period, without end: light that leaves through one side comes in through the other. A medium that reaches "
+     "nowhere into the interval is refused, and so are point lights. Not with surfaces but level planes."},
     {"render", "render", NULL, NULL, "Defaults of a run; the command line has the last word."},
 };
 const int nph_scene_section_count = (int)(sizeof nph_scene_sections / sizeof nph_scene_sections[0]);
@@ -74,22 +81,26 @@ const NphSceneKey nph_scene_keys[] = {
     {"scene", "media", NPH_KEY_LIST, 0, 64, "", "medium", NULL, NULL, "The media; none: empty space."},
     {"scene", "lights", NPH_KEY_LIST, 0, 32, "", "light", NULL, NULL, "The lights; none: darkness."},
     {"scene", "surfaces", NPH_KEY_LIST, 0, 64, "", "surface", NULL, NULL, "The surfaces; none: nothing but media."},
+    {"scene", "periodic", NPH_KEY_SECTION, 0, 0, "", "periodic", NULL, NULL, "Sides that repeat; left out: none."},
     {"scene", "render", NPH_KEY_SECTION, 0, 0, "", "render", NULL, NULL, "Defaults of a run."},
 
     {"camera", "type", NPH_KEY_WORD, 0, 0, "", CAMERAS, "perspective", NULL, "Kind of camera."},
     {"camera", "resolution", NPH_KEY_RESOLUTION, 1, 65536, "pixels", NULL, REQUIRED, NULL, "Width and height."},
     {"camera", "position", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, REQUIRED, NULL,
-     "The eye; of orthographic and flux the middle of the rectangle."},
+     "The eye; of orthographic, flux, fluence and radiance the middle of the rectangle."},
     {"camera", "look_at", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, NULL, NULL,
      "The point in the middle of the picture."},
     {"camera", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, NULL,
-     "The viewing direction, of any length but 0."},
+     "The viewing direction, of any length but 0; of flux, fluence and radiance the one the rectangle faces."},
     {"camera", "up", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, "[0, 0, 1]", NULL,
      "What is up in the picture; must not be parallel to the viewing direction."},
     {"camera", "fov", NPH_KEY_NUMBER, 0.001, 179, "degrees", NULL, REQUIRED, "perspective",
      "Field of view across the shorter side of the picture."},
-    {"camera", "extent", NPH_KEY_NUMBER, 1e-9, FAR_M, "m", NULL, REQUIRED, "orthographic|flux",
+    {"camera", "fov", NPH_KEY_NUMBER, 0.001, 360, "degrees", NULL, REQUIRED, "fisheye", "Field of view across the circle."},
+    {"camera", "extent", NPH_KEY_NUMBER, 1e-9, FAR_M, "m", NULL, REQUIRED, "orthographic|flux|fluence|radiance",
      "Length of the shorter side of the rectangle."},
+    {"camera", "seen", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, REQUIRED, "radiance",
+     "The direction that one looks along, of any length but 0; the light comes from there."},
     {"camera", "crop", NPH_KEY_CROP, 0, 65536, "pixels", NULL, NULL, NULL,
      "The part that is rendered: x0 <= x < x1, y0 <= y < y1; left out: the whole picture."},
 
@@ -188,6 +199,9 @@ const NphSceneKey nph_scene_keys[] = {
      "Steps from the mesh's own space into the world; left out: none."},
     {"surface", "plane", NPH_KEY_NUMBER, -FAR_M, FAR_M, "m", NULL, NULL, NULL, "The height z of a level plane."},
     {"surface", "albedo", NPH_KEY_RGB, 0, 1, "", NULL, "0.5", NULL, "Reflected share of the light."},
+
+    {"periodic", "x", NPH_KEY_INTERVAL, -FAR_M, FAR_M, "m", NULL, NULL, NULL, "One period along x; left out: no repetition."},
+    {"periodic", "y", NPH_KEY_INTERVAL, -FAR_M, FAR_M, "m", NULL, NULL, NULL, "The same along y. One of them at least is given."},
 
     {"render", "samples", NPH_KEY_WHOLE, 1, 2147483647, "per pixel", NULL, "64", NULL, "Rounded up to a multiple of 16."},
     {"render", "seed", NPH_KEY_WHOLE, 0, 4294967295.0, "", NULL, "1", NULL, "Of the random numbers."},

@@ -59,6 +59,7 @@ typedef struct NphSceneReader {
     NphSceneFile volumes[NPH_MAX_MEDIA], phases[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
     NphSceneEmission emissions[NPH_MAX_MEDIA];
+    NphScenePlace period_place;
 } NphSceneReader;
 
 typedef struct NphSceneValue {
@@ -108,6 +109,9 @@ const NphSceneValue *nph_section_value(const NphSceneSection *section, const cha
 
 /* scene_camera.c, scene_media.c, scene_transform.c, scene_lights.c, scene_surfaces.c: from sections to the model. */
 void nph_scene_read_camera(NphSceneReader *reader, const yaml_node_t *node);
+/* scene_period.c. check: once all media are loaded. */
+void nph_scene_read_period(NphSceneReader *reader, const yaml_node_t *node);
+void nph_scene_check_period(NphSceneReader *reader);
 NphStatus nph_scene_read_media(NphSceneReader *reader, const yaml_node_t *list);
 NphStatus nph_scene_read_lights(NphSceneReader *reader, const yaml_node_t *list);
 NphStatus nph_scene_read_surfaces(NphSceneReader *reader, const yaml_node_t *list);

@@ -37,7 +37,7 @@ static const Wrong wrong[] = {
     {HEAD "---\nnephos: 1\n", 3, 1, "second document", 1},
     {HEAD "lihgts: []\n", 3, 1, "unknown key 'lihgts' in the scene; did you mean 'lights'?", 1},
     {HEAD "albedo: 1\n", 3, 1, "it belongs to a medium", 1},
-    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, media, lights, surfaces, render", 1},
+    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, media, lights, surfaces, periodic, render", 1},
     {HEAD "render: {}\nrender: {}\n", 4, 1, "render is given twice; first in line 3", 1},
     {HEAD "<<: {a: 1}\n", 3, 1, "merge keys", 1},
     {HEAD "[1, 2]: 3\n", 3, 1, "a key of the scene is a list", 1},
@@ -87,7 +87,7 @@ static const Wrong wrong[] = {
     {"nephos: 1\ncamera: {}\n", 2, 9, "the camera lacks resolution", 4},
     {"nephos: 1\ncamera: none\n", 2, 9, "camera is 'none'; expected a mapping", 1},
     {"nephos: 1\ncamera: {type: ortographic, resolution: [4, 3], position: [0, 0, 9], look_at: [1, 0, 0]}\n", 2, 16,
-     "type: 'ortographic' is not known; allowed: perspective, orthographic, flux; did you mean 'orthographic'?", 1},
+     "type: 'ortographic' is not known; allowed: perspective, orthographic, flux, fisheye, fluence, radiance; did you mean 'orthographic'?", 1},
     {"nephos: 1\ncamera: {type: orthographic, resolution: [4, 3], position: [0, 0, 9], look_at: [1, 0, 0], fov: 3, "
      "extent: 1}\n", 2, 91, "fov does not go with type orthographic, only with perspective", 1},
     {"nephos: 1\ncamera: {type: flux, resolution: [4, 3], position: [0, 0, 9], look_at: [1, 0, 0]}\n", 2, 9,
@@ -147,6 +147,32 @@ static const Wrong wrong[] = {
     {HEAD "surfaces:\n  - {name: a, plane: 0}\n  - {name: a, plane: 1}\n", 5, 12, "the name 'a' is taken by surface number 0", 1},
     {HEAD "surfaces:\n  - {mesh: a.stl}\n", 4, 12, "mesh: 'a.stl' ends in none of .obj, .ply", 2},
     {HEAD "surfaces:\n  - {mesh: a.stl, transform: [{scale: 0}]}\n", 4, 39, "scale has a factor 0", 3},
+
+    /* more sensors */
+    {"nephos: 1\ncamera: {type: fisheye, resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0], fov: 361}\n", 2, 93,
+     "fov is '361'; allowed: 0.001 to 360 degrees", 1},
+    {"nephos: 1\ncamera: {type: fisheye, resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0], extent: 1}\n", 2, 88,
+     "extent does not go with type fisheye, only with orthographic or flux or fluence or radiance", 2},
+    {"nephos: 1\ncamera: {type: fluence, resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0]}\n", 2, 9,
+     "the camera lacks extent", 1},
+    {"nephos: 1\ncamera: {type: fluence, resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0], extent: 1, seen: [1, 0, 0]}\n",
+     2, 99, "seen does not go with type fluence, only with radiance", 1},
+    {"nephos: 1\ncamera: {type: radiance, resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0], extent: 1}\n", 2, 9,
+     "the camera lacks seen", 1},
+    {"nephos: 1\ncamera: {type: radiance, resolution: [4, 3], position: [1, 2, 3], direction: [1, 0, 0], extent: 1, seen: [0, 0, 0]}\n",
+     2, 106, "seen has length 0", 1},
+
+    /* periodic sides */
+    {HEAD "periodic: {}\n", 3, 11, "periodic lacks x, y, or both", 1},
+    {HEAD "periodic: [0, 1]\n", 3, 11, "periodic is a list; expected a mapping", 1},
+    {HEAD "periodic: {z: [0, 1]}\n", 3, 12, "unknown key 'z' in periodic; allowed: x, y", 2},
+    {HEAD "periodic: {x: [1, 1]}\n", 3, 15, "x is flat: from 1 to 1", 1},
+    {HEAD "periodic: {x: [1, 0]}\n", 3, 15, "x is inverted: from 1 to 0", 1},
+    {HEAD "periodic: {y: 3}\n", 3, 15, "y is '3'; expected two numbers, [low, high]", 1},
+    {MEDIUM "periodic: {x: [1, 2]}\n", 6, 11, "medium medium0 lies outside of periodic x: it reaches from 0 to 1 m", 1},
+    {MEDIUM "periodic: {x: [0, 2], y: [-3, 0]}\n", 6, 11, "lies outside of periodic y", 1},
+    {HEAD "periodic: {x: [0, 1]}\nlights: [{type: point, position: [0, 0, 0], intensity: 1}]\n", 3, 11,
+     "periodic does not go with a point light", 1},
 
     /* media: shape and coefficients */
     {HEAD "media:\n  - extinction: 1\n", 4, 5, "a medium lacks density, or box, or layer", 1},

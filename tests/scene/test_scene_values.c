@@ -70,6 +70,56 @@ START_TEST(the_camera_is_what_the_scene_writes) {
 }
 END_TEST
 
+START_TEST(sensors_and_periods_are_what_the_scene_writes) {
+    static const char *const head = "nephos: 1\ncamera: {resolution: [6, 3], position: [1, 2, 3], direction: [0, 0, -2], up: [0, 1, 0], ";
+    NphContext *context = nph_test_context(1);
+    char text[512];
+    snprintf(text, sizeof text, "%stype: fisheye, fov: 180}\nperiodic: {y: [-1, 3]}\n", head);
+    NphScene *fish = parse(context, text);
+    ck_assert_int_eq(fish->sensor.kind, NPH_SENSOR_FISHEYE);
+    ck_assert_double_eq_tol(fish->sensor.half_size[1], 1.5707963267948966, 1e-15);
+    ck_assert_double_eq_tol(fish->sensor.half_size[0], 3.1415926535897931, 1e-15);
+    ck_assert(!fish->period.on[0] && fish->period.on[1] && fish->period.lo[1] == -1 && fish->period.hi[1] == 3);
+    snprintf(text, sizeof text, "%stype: fluence, extent: 5}\nperiodic: {x: [0, 1], y: [2, 4]}\n", head);
+    NphScene *fluence = parse(context, text);
+    ck_assert_int_eq(fluence->sensor.kind, NPH_SENSOR_FLUENCE);
+    ck_assert(fluence->sensor.half_size[0] == 5 && fluence->sensor.half_size[1] == 2.5);
+    ck_assert(fluence->period.on[0] && fluence->period.hi[0] == 1 && fluence->period.lo[1] == 2);
+    snprintf(text, sizeof text, "%stype: radiance, extent: 5, seen: [3, 0, 4]}\n", head);
+    NphScene *radiance = parse(context, text);
+    ck_assert_int_eq(radiance->sensor.kind, NPH_SENSOR_RADIANCE);
+    ck_assert_double_eq_tol(radiance->sensor.seen[0], 0.6, 1e-15);
+    ck_assert_double_eq_tol(radiance->sensor.seen[2], 0.8, 1e-15);
+    check3(radiance->sensor.forward, 0, 0, -1);
+    ck_assert(!radiance->period.on[0] && !radiance->period.on[1]);
+    nph_scene_free(context, fish);
+    nph_scene_free(context, fluence);
+    nph_scene_free(context, radiance);
+    nph_test_context_close(context);
+}
+END_TEST
+
+/* What changes the picture changes the digest: the direction seen, and each end of each period. */
+START_TEST(periods_and_the_direction_seen_enter_the_digest) {
+    static const char *const ends[] = {"seen: [0, 0, 1]}\n", "seen: [0, 1, 1]}\n", "seen: [0, 0, 1]}\nperiodic: {x: [0, 1]}\n",
+                                       "seen: [0, 0, 1]}\nperiodic: {y: [0, 1]}\n", "seen: [0, 0, 1]}\nperiodic: {x: [0, 2]}\n",
+                                       "seen: [0, 0, 1]}\nperiodic: {x: [-1, 1]}\n",
+                                       "seen: [0, 0, 1]}\nperiodic: {x: [0, 1], y: [0, 1]}\n"};
+    enum { MANY = sizeof ends / sizeof *ends };
+    NphContext *context = nph_test_context(1);
+    NphScene *scenes[MANY];
+    for (int i = 0; i < MANY; i++) {
+        char text[512];
+        snprintf(text, sizeof text, "nephos: 1\ncamera: {type: radiance, resolution: [6, 3], position: [1, 2, 3], "
+                 "direction: [0, 1, 0], extent: 2, %s", ends[i]);
+        scenes[i] = parse(context, text);
+        for (int j = 0; j < i; j++) ck_assert(memcmp(scenes[i]->digest, scenes[j]->digest, 16) != 0);
+    }
+    for (int i = 0; i < MANY; i++) nph_scene_free(context, scenes[i]);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(the_media_are_what_the_scene_writes) {
     NphContext *context = nph_test_context(1);
     NphScene *scene = parse(context, everything);
@@ -413,6 +463,8 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, the_camera_is_what_the_scene_writes);
     tcase_add_test(cases, the_media_are_what_the_scene_writes);
     tcase_add_test(cases, phase_functions_are_what_the_scene_writes);
+    tcase_add_test(cases, sensors_and_periods_are_what_the_scene_writes);
+    tcase_add_test(cases, periods_and_the_direction_seen_enter_the_digest);
     tcase_add_test(cases, the_lights_and_the_run_are_what_the_scene_writes);
     tcase_add_test(cases, planes_are_what_the_scene_writes);
     tcase_add_test(cases, left_out_keys_take_their_defaults);
