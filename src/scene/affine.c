@@ -136,4 +136,6 @@ void nph_scene_origin(const NphScene *scene, double origin[3]) {
     nph_scene_bounds(scene, lo, hi);
     for (int axis = 0; axis < 3; axis++)
         origin[axis] = lo[axis] <= hi[axis] ? 0.5 * lo[axis] + 0.5 * hi[axis] : scene->sensor.position[axis];
+    for (int axis = 0; axis < 2; axis++)
+        if (scene->period.on[axis]) origin[axis] = 0.5 * scene->period.lo[axis] + 0.5 * scene->period.hi[axis];
 }

@@ -36,8 +36,11 @@ typedef struct NphSensor {
     int crop[4];                                     /* x0, y0, x1, y1; whole image unless cropped */
     double position[3], right[3], up[3], forward[3]; /* right, up, forward: orthonormal */
     double half_size[2];
-    double seen[3];                                  /* unit; of radiance and orthographic */
+    double seen[3];                                  /* unit; of radiance as the scene says, of others forward */
 } NphSensor;
+
+/* Sensors whose pixels gather light from many directions; they take light samples as vertices do. */
+static inline int nph_sensor_gathers(NphSensorKind kind) { return kind == NPH_SENSOR_FLUX || kind == NPH_SENSOR_FLUENCE; }
 
 typedef enum NphShape {
     NPH_SHAPE_GRID,  /* density from a file: the grid's box in lattice space */
@@ -93,8 +96,8 @@ struct NphScene {
  * only); lo > hi when there is none. */
 void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]);
 
-/* The origin of scene-local space, in which kernels work: the middle of that box; along an axis without bounds the
- * sensor's position. */
+/* The origin of scene-local space, in which kernels work: the middle of that box, or of the period where sides repeat; along
+ * an axis without bounds the sensor's position. */
 void nph_scene_origin(const NphScene *scene, double origin[3]);
 
 /* The same of one medium; a layer's x and y are -+HUGE_VAL. */

@@ -68,10 +68,10 @@ static void read_size(const NphSceneSection *camera, NphSensor *sensor) {
     sensor->half_size[1] = half * (height / shorter);
 }
 
-/* Parallel rays of an orthographic camera run along its direction. */
+/* Parallel rays of a radiance sensor run where the scene says, of an orthographic camera along its direction. */
 static void read_seen(NphSceneReader *reader, const NphSceneSection *camera, NphSensor *sensor) {
     const NphSceneValue *seen = nph_section_value(camera, "seen");
-    if (sensor->kind == NPH_SENSOR_ORTHOGRAPHIC) memcpy(sensor->seen, sensor->forward, sizeof sensor->seen);
+    memcpy(sensor->seen, sensor->forward, sizeof sensor->seen);
     if (sensor->kind != NPH_SENSOR_RADIANCE || !seen) return;
     if (!nph_vector_normalise(seen->number, sensor->seen))
         nph_scene_mistake(reader, seen->place, "seen has length 0; give the direction that one looks along");

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The periodic section to NphPeriod. Media that reach beyond the interval are cut there, which needs no check; one that
- * lies outside of it altogether would never be met, and a point light would stand there an infinite number of times. */
+ * lies outside of it altogether would never be met, and a point light would stand there an infinite number of times.
+ * Meshes are refused: flights repeat media, not what rays meet. */
 #include "core/text.h"
 #include "scene/scene_read.h"
 
@@ -33,6 +34,11 @@ void nph_scene_check_period(NphSceneReader *reader) {
                               "periodic does not go with a point light (light number %d): its images without end would add "
                               "up to infinite light; take a sun, an environment or a constant light",
                               l);
+    for (int s = 0; s < scene->surface_count; s++)
+        if (!scene->surfaces[s].is_plane)
+            nph_scene_mistake(reader, reader->period_place,
+                              "periodic does not go with a mesh (surface %s), which would have to repeat as well; only with planes",
+                              scene->surfaces[s].name);
     for (int m = 0; m < scene->medium_count; m++) {
         double lo[3], hi[3];
         nph_medium_bounds(&scene->media[m], lo, hi);

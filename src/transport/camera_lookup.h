@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * One camera ray, shared by path.generate and the replay. */
+ * One camera ray: of pinhole, parallel and fisheye cameras, and of sensors for radiance, flux and fluence; where sides
+ * repeat it is moved into their first period. It is shared by path.generate and the replay. */
 #ifndef NPH_TRANSPORT_CAMERA_LOOKUP_H
 #define NPH_TRANSPORT_CAMERA_LOOKUP_H
 
@@ -8,10 +9,10 @@
 
 typedef struct RCameraRay {
     Real p[3], d[3];
-    Real at[3];   /* the point of the sensor: where the light samples of a flux sensor start */
+    Real at[3];   /* the point of the sensor: where light samples of flux and fluence start */
     Real start;   /* metres from the sensor to p */
-    Real weight;  /* 1; pi for a flux sensor */
-    Real pdf;     /* of d when a light sample at the sensor could have found it (flux), else -1 */
+    Real weight;  /* 1; pi for a flux sensor, 4 pi for fluence; 0 where a fisheye sees nothing */
+    Real pdf;     /* of d when a light sample at the sensor could have found it (flux, fluence), else -1 */
     int32_t hero;
 } RCameraRay;
 
@@ -61,13 +62,24 @@ static inline double r_camera_advance(const RScene *scene, const double p[3], co
     return start < R_NO_SIGHT ? start : 0.0;
 }
 
+/* What the weight of a sensor's rays is: 1 over the density of their directions, times the cosine for flux. */
+static inline Real r_sensor_weight(const RScene *scene) {
+    return scene->sensor.kind == NPH_SENSOR_FLUX      ? R(3.14159265358979323846)
+           : scene->sensor.kind == NPH_SENSOR_FLUENCE ? R(12.566370614359172954)
+                                                      : R(1.0);
+}
+
 /* A ray from p along d, of any length, to scene-local space. */
 static inline RCameraRay r_camera_start(const RScene *scene, const double p[3], const double along[3], uint32_t word,
                                         int planes) {
     double inverse = 1.0 / nph_sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
     double d[3] = {along[0] * inverse, along[1] * inverse, along[2] * inverse};
     double start = r_camera_advance(scene, p, d, planes);
-    RCameraRay ray = {{(Real)(p[0] + start * d[0]), (Real)(p[1] + start * d[1]), (Real)(p[2] + start * d[2])},
+    const double *lo = scene->period_lo, *size = scene->period_size, *inverse_size = scene->period_inverse;
+    double x = p[0] + start * d[0], y = p[1] + start * d[1];
+    x -= size[0] * nph_floor((x - lo[0]) * inverse_size[0]);
+    y -= size[1] * nph_floor((y - lo[1]) * inverse_size[1]);
+    RCameraRay ray = {{(Real)x, (Real)y, (Real)(p[2] + start * d[2])},
                       {(Real)d[0], (Real)d[1], (Real)d[2]}, {(Real)p[0], (Real)p[1], (Real)p[2]}, (Real)start, R(1.0),
                       R(-1.0), (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->channels) >> 32)};
     return ray;
@@ -79,7 +91,7 @@ static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWo
                                         int planes) {
     const NphSensor *sensor = &scene->sensor;
     const double *at = sensor->position, *o = scene->origin, *right = sensor->right, *up = sensor->up;
-    const double *forward = sensor->forward;
+    const double *forward = sensor->seen;
     double s = sensor->half_size[0] * (2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0);
     double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height);
     if (NPH_BUG(27)) t = -t;
@@ -91,28 +103,49 @@ static inline RCameraRay r_camera_plain(const RScene *scene, int x, int y, NphWo
     return r_camera_start(scene, p, d, words.w2, planes);
 }
 
-/* A flux sensor: from its rectangle, cosine distributed around its normal. */
-static inline RCameraRay r_camera_flux(const RScene *scene, int x, int y, NphWords words, NphWords more) {
+/* Equidistant: the angle from the viewing direction grows with the distance from the middle of the picture. */
+static inline RCameraRay r_camera_fisheye(const RScene *scene, int x, int y, NphWords words) {
+    const NphSensor *sensor = &scene->sensor;
+    const double *half = sensor->half_size;
+    double s = half[0] * (2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0);
+    double t = half[1] * (1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height);
+    double r = nph_sqrt(s * s + t * t), rim = half[0] < half[1] ? half[0] : half[1], sine, cosine, p[3], d[3];
+    nph_sincos2pi(r * 0.15915494309189533577, &sine, &cosine);
+    double across = r > 1e-12 ? sine / r : 1.0;
+    for (int a = 0; a < 3; a++) {
+        p[a] = sensor->position[a] - scene->origin[a];
+        d[a] = cosine * sensor->forward[a] + across * (s * sensor->right[a] + t * sensor->up[a]);
+    }
+    RCameraRay ray = r_camera_start(scene, p, d, words.w2, scene->surfaces.plane_count > 0);
+    ray.weight = r <= rim ? R(1.0) : R(0.0);
+    return ray;
+}
+
+/* A rectangle that gathers: from its points, cosine distributed around its normal (flux) or in all directions (fluence). */
+static inline RCameraRay r_camera_gather(const RScene *scene, int x, int y, NphWords words, NphWords more) {
     const NphSensor *sensor = &scene->sensor;
     double s = sensor->half_size[0] * (2.0 * ((double)x + nph_uniform(words.w0)) / (double)scene->width - 1.0);
     double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + nph_uniform(words.w1)) / (double)scene->height);
     double v = nph_uniform(words.w3), turn_sin, turn_cos, p[3], d[3];
+    int whole = sensor->kind == NPH_SENSOR_FLUENCE;
     nph_sincos2pi(nph_uniform(more.w0), &turn_sin, &turn_cos);
-    double across = nph_sqrt(v), cosine = nph_sqrt(1.0 - v); /* v < 1, so the ray never runs along the plane */
+    double cosine = whole ? 1.0 - 2.0 * v : nph_sqrt(1.0 - v); /* v < 1, so a ray of flux never runs along the plane */
+    double across = whole ? 2.0 * nph_sqrt(v * (1.0 - v)) : nph_sqrt(v);
     for (int a = 0; a < 3; a++) {
         p[a] = sensor->position[a] - scene->origin[a] + (s * sensor->right[a] + t * sensor->up[a]);
         d[a] = across * (turn_cos * sensor->right[a] + turn_sin * sensor->up[a]) + cosine * sensor->forward[a];
     }
     RCameraRay ray = r_camera_start(scene, p, d, words.w2, scene->surfaces.plane_count > 0);
-    ray.weight = NPH_BUG(19) ? R(1.0) : R(3.14159265358979323846);
-    ray.pdf = (Real)(cosine * 0.31830988618379067154);
+    ray.weight = NPH_BUG(19) ? R(1.0) : r_sensor_weight(scene);
+    ray.pdf = whole ? R(0.079577471545947667884) : (Real)(cosine * 0.31830988618379067154);
     return ray;
 }
 
 static inline void r_camera_ray(const RScene *scene, int x, int y, const RStream *stream, RCameraRay *ray) {
     NphWords words = r_words(stream, 0);
     int kind = scene->sensor.kind;
-    if (kind == NPH_SENSOR_FLUX) *ray = r_camera_flux(scene, x, y, words, r_words(stream, 1));
+    if (nph_sensor_gathers((NphSensorKind)kind)) *ray = r_camera_gather(scene, x, y, words, r_words(stream, 1));
+    else if (kind == NPH_SENSOR_FISHEYE) *ray = r_camera_fisheye(scene, x, y, words);
     else *ray = r_camera_plain(scene, x, y, words, kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0, scene->surfaces.plane_count > 0);
 }
 

@@ -26,7 +26,7 @@ NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const N
 typedef struct NphTally {
     int64_t collisions, tentative;
     int64_t violations;  /* density above its majorant */
-    int64_t exhausted;   /* a flight used up its random numbers */
+    int64_t exhausted;   /* a flight used up its random numbers, or passed NPH_MAX_IMAGES periods */
 } NphTally;
 
 #endif

@@ -52,12 +52,12 @@ static inline RAxis r_clip_axis(const Real row[4], const Real p[3], const Real d
     return axis;
 }
 
-/* The ray in the medium's space, clipped to [0, limit] and the medium's box; inside 0 when nothing is left. */
-static inline RSpan r_clip(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
+/* The ray in the medium's space, clipped to [from, limit] and the medium's box; inside 0 when nothing is left. */
+static inline RSpan r_clip_between(const RMedium *medium, const Real p[3], const Real d[3], Real from, Real limit) {
     RAxis x = r_clip_axis(medium->from_local, p, d, medium->lo[0], medium->hi[0]);
     RAxis y = r_clip_axis(medium->from_local + 4, p, d, medium->lo[1], medium->hi[1]);
     RAxis z = r_clip_axis(medium->from_local + 8, p, d, medium->lo[2], medium->hi[2]);
-    Real near = x.near > R(0.0) ? x.near : R(0.0), far = x.far < limit ? x.far : limit;
+    Real near = x.near > from ? x.near : from, far = x.far < limit ? x.far : limit;
     near = y.near > near ? y.near : near;
     far = y.far < far ? y.far : far;
     near = z.near > near ? z.near : near;
@@ -65,6 +65,76 @@ static inline RSpan r_clip(const RMedium *medium, const Real p[3], const Real d[
     int inside = x.inside & y.inside & z.inside & (near < far);
     RSpan span = {{x.o, y.o, z.o}, {x.d, y.d, z.d}, {x.inv, y.inv, z.inv}, near, far, inside};
     return span;
+}
+
+static inline RSpan r_clip(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
+    return r_clip_between(medium, p, d, R(0.0), limit);
+}
+
+/* Sides that repeat. The ray is unfolded: it crosses images of the medium, cut to the period, one after the other, and
+ * distances go on. In image (i, j) the ray in the medium's first period begins at p - (i, j) size. Images are visited from
+ * where the ray first may meet the medium along the axes that do not repeat, to where it last may, so that rays do not walk
+ * through the clear air above and below. A ray that stays level for ever passes NPH_MAX_IMAGES of them. */
+typedef struct RImage {
+    int32_t at[2];
+    int32_t left;         /* images that may still follow; 0: given up */
+    Real near, far, end;  /* part of the ray in this image; where the last one ends */
+} RImage;
+
+/* Distance to the side through which the ray leaves the image along axis a. */
+static inline Real r_image_side(const RPeriod *period, const Real p[3], const Real d[3], int a, int32_t at) {
+    int still = !(r_abs(d[a]) > R_STILL) | !(period->size[a] > R(0.0));
+    Real side = period->lo[a] + (Real)(at + (d[a] > R(0.0) ? 1 : 0)) * period->size[a];
+    return still ? R_HUGE : (side - p[a]) / d[a];
+}
+
+static inline void r_image_reach(const RPeriod *period, const Real p[3], const Real d[3], RImage *image) {
+    Real x = r_image_side(period, p, d, 0, image->at[0]), y = r_image_side(period, p, d, 1, image->at[1]);
+    Real far = x < y ? x : y;
+    far = far < image->end ? far : image->end;
+    image->far = far > image->near ? far : image->near;
+}
+
+/* The first image of a ray, up to limit; without periods the whole ray. end = near when it never meets the medium. */
+static inline RImage r_first_image(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
+    RImage image = {{0, 0}, NPH_MAX_IMAGES, R(0.0), limit, limit};
+    const RPeriod *period = &medium->period;
+    if (!period->on) return image;
+    for (int a = 0; a < 3; a++) {
+        int moving = r_abs(d[a]) > R_STILL, within = (p[a] >= medium->reach_lo[a]) & (p[a] <= medium->reach_hi[a]);
+        Real inv = moving ? R(1.0) / d[a] : R(1.0);
+        Real t0 = (medium->reach_lo[a] - p[a]) * inv, t1 = (medium->reach_hi[a] - p[a]) * inv;
+        Real first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
+        if (moving && first > image.near) image.near = first;
+        if (moving && last < image.end) image.end = last;
+        if (!moving && !within) image.end = R(0.0);
+    }
+    image.end = image.end > image.near ? image.end : image.near;
+    for (int a = 0; a < 2; a++) {
+        Real count = (p[a] + image.near * d[a] - period->lo[a]) * period->inverse[a];
+        image.at[a] = (int32_t)r_clamp(r_floor(count), R(-1e9), R(1e9));
+    }
+    r_image_reach(period, p, d, &image);
+    return image;
+}
+
+/* Goes on to the next image; 0 behind the last one, and when so many were passed that the ray may never leave. */
+static inline int r_next_image(const RMedium *medium, const Real p[3], const Real d[3], RImage *image) {
+    const RPeriod *period = &medium->period;
+    if (!period->on || !(image->far < image->end) || --image->left == 0) return 0;
+    Real x = r_image_side(period, p, d, 0, image->at[0]), y = r_image_side(period, p, d, 1, image->at[1]);
+    int a = x < y ? 0 : 1;
+    image->at[a] += d[a] > R(0.0) ? 1 : -1;
+    image->near = image->far;
+    r_image_reach(period, p, d, image);
+    return 1;
+}
+
+static inline RSpan r_image_span(const RMedium *medium, const Real p[3], const Real d[3], const RImage *image) {
+    const RPeriod *period = &medium->period;
+    if (!period->on) return r_clip(medium, p, d, image->far);
+    Real q[3] = {p[0] - (Real)image->at[0] * period->size[0], p[1] - (Real)image->at[1] * period->size[1], p[2]};
+    return r_clip_between(medium, q, d, image->near, image->far);
 }
 
 /* Where a walk stands in the majorant grid: its cell, how far along the ray, and the optical depth of the majorant still
@@ -203,37 +273,78 @@ static inline Real r_segment_weight(const RMedium *medium, Real length) {
     return r_exp(-(R(1.0) - medium->collide) * medium->sigma[0] * length);
 }
 
-/* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
-static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
-                                 REvents *events, NphTally *tally) {
-    RSpan span = r_clip(medium, p, d, limit);
-    Real depth, decision;
-    if (!(medium->sigma[hero] > R(0.0)) || !span.inside) return R(-1.0);
-    r_next_event(events, &depth, &decision);
-    if (medium->shape != NPH_SHAPE_GRID) {
-        Real t = span.near + depth / (medium->sigma[hero] * medium->collide);
-        tally->tentative++;
-        events->survived = r_segment_weight(medium, (t < span.far ? t : span.far) - span.near);
-        return t < span.far ? t : R(-1.0);
-    }
-    RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
-    events->walked = depth;
-    while (r_walk_on(medium, &span, &walk)) {
-        Real density = r_walk_density(medium, &span, &walk);
+/* The closed form in one span. 1: it ends there, at t. depth: what is left to go of the flight's optical depth. */
+static inline int r_fly_segment(const RMedium *medium, const RSpan *span, int hero, REvents *events, Real *depth, Real *t) {
+    Real rate = medium->sigma[hero] * medium->collide, at = span->near + *depth / rate;
+    int hits = at < span->far;
+    events->survived *= r_segment_weight(medium, (hits ? at : span->far) - span->near);
+    *depth -= rate * (span->far - span->near);
+    *t = at;
+    return hits;
+}
+
+/* Delta tracking through one span. 1: the flight is over, at t, or -1 where it used up its random numbers. */
+static inline int r_fly_grid(const RMedium *medium, const RSpan *span, int hero, REvents *events, NphTally *tally, Real *depth,
+                             Real *decision, Real *t) {
+    RWalk walk = r_walk_enter(medium->majorant_n, span, *depth);
+    while (r_walk_on(medium, span, &walk)) {
+        Real density = r_walk_density(medium, span, &walk);
         tally->tentative++;
         tally->violations += density > walk.majorant;
         Real rho = density / walk.majorant;
-        if (decision < rho * medium->ratio[hero] * medium->collide) return walk.t;
+        *t = walk.t;
+        if (*decision < rho * medium->ratio[hero] * medium->collide) return 1;
         events->survived *= r_null_weight(medium->collide, medium->control, rho);
+        *t = R(-1.0);
         if (r_exhausted(events)) {
             tally->exhausted++;
-            return R(-1.0);
+            return 1;
         }
-        r_next_event(events, &walk.depth, &decision);
+        r_next_event(events, &walk.depth, decision);
         events->walked += walk.depth;
     }
-    events->walked -= walk.depth;
+    *depth = walk.depth;
+    return 0;
+}
+
+/* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
+static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
+                                 REvents *events, NphTally *tally) {
+    Real depth = R(0.0), decision = R(0.0), t = R(-1.0);
+    int grid = medium->shape == NPH_SHAPE_GRID;
+    if (!(medium->sigma[hero] > R(0.0))) return R(-1.0);
+    RImage image = r_first_image(medium, p, d, limit);
+    do {
+        RSpan span = r_image_span(medium, p, d, &image);
+        if (!span.inside) continue;
+        if (events->count == 0) {
+            r_next_event(events, &depth, &decision);
+            events->walked = grid ? depth : R(0.0);
+            tally->tentative += !grid;
+        }
+        int over = grid ? r_fly_grid(medium, &span, hero, events, tally, &depth, &decision, &t)
+                        : r_fly_segment(medium, &span, hero, events, &depth, &t);
+        if (over) return t;
+    } while (r_next_image(medium, p, d, &image));
+    tally->exhausted += image.left == 0;
+    if (grid) events->walked -= depth;
     return R(-1.0);
+}
+
+/* What the channels make of a flight's virtual collisions in one span. 1: the flight is over. */
+static inline int r_factors_grid(const RMedium *medium, const RSpan *span, int hero, REvents *events, Real *depth,
+                                 Real *decision, Real factor[3]) {
+    RWalk walk = r_walk_enter(medium->majorant_n, span, *depth);
+    while (r_walk_on(medium, span, &walk)) {
+        if (r_exhausted(events)) return 1;
+        Real density = r_walk_density(medium, span, &walk);
+        Real rho = density / walk.majorant, null = R(1.0) - rho * medium->ratio[hero];
+        if (*decision < rho * medium->ratio[hero]) return 1;
+        for (int c = 0; c < 3; c++) factor[c] *= r_max(R(1.0) - rho * medium->ratio[c], R(0.0)) / null;
+        r_next_event(events, &walk.depth, decision);
+    }
+    *depth = walk.depth;
+    return 0;
 }
 
 /* The same flight once more, up to limit, for media whose extinction differs between channels: what each channel would
@@ -241,42 +352,25 @@ static inline Real r_free_flight(const RMedium *medium, const Real p[3], const R
  * form exp(-(sigma_c - sigma_hero) s). */
 static inline void r_flight_factors(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                     REvents *events, Real factor[3]) {
-    RSpan span = r_clip(medium, p, d, limit);
-    Real depth, decision;
-    if (!span.inside) return;
-    if (medium->shape != NPH_SHAPE_GRID) {
-        for (int c = 0; c < 3; c++)
+    Real depth = R(0.0), decision = R(0.0);
+    RImage image = r_first_image(medium, p, d, limit);
+    do {
+        RSpan span = r_image_span(medium, p, d, &image);
+        if (!span.inside) continue;
+        for (int c = 0; c < 3 && medium->shape != NPH_SHAPE_GRID; c++)
             factor[c] *= r_exp(-(medium->sigma[c] - medium->sigma[hero]) * (span.far - span.near));
-        return;
-    }
-    r_next_event(events, &depth, &decision);
-    RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
-    while (r_walk_on(medium, &span, &walk) && !r_exhausted(events)) {
-        Real density = r_walk_density(medium, &span, &walk);
-        Real rho = density / walk.majorant, null = R(1.0) - rho * medium->ratio[hero];
-        if (decision < rho * medium->ratio[hero]) return;
-        for (int c = 0; c < 3; c++) factor[c] *= r_max(R(1.0) - rho * medium->ratio[c], R(0.0)) / null;
-        r_next_event(events, &walk.depth, &decision);
-    }
+        if (medium->shape != NPH_SHAPE_GRID) continue;
+        if (events->count == 0) r_next_event(events, &depth, &decision);
+        if (r_factors_grid(medium, &span, hero, events, &depth, &decision, factor)) return;
+    } while (r_next_image(medium, p, d, &image));
 }
 
-/* Ratio tracking: multiplies T by an unbiased estimate of the transmittance up to limit. Below `roulette` (largest
- * channel) the walk survives with probability 1/4 and T grows by 4. channels is 1 or 3. */
-static inline void r_transmittance(const RMedium *medium, const Real p[3], const Real d[3], Real limit,
-                                   const RScene *scene, REvents *events, Real T[3], NphTally *tally) {
-    RSpan span = r_clip(medium, p, d, limit);
-    Real depth, decision;
-    assert(scene->channels <= 3);
-    if (!span.inside) return;
-    tally->tentative++;
-    if (medium->shape != NPH_SHAPE_GRID) {
-        for (int c = 0; c < scene->channels; c++) T[c] *= r_exp(-medium->sigma[NPH_BUG(25) ? 0 : c] * (span.far - span.near));
-        return;
-    }
-    r_next_event(events, &depth, &decision);
-    RWalk walk = r_walk_enter(medium->majorant_n, &span, depth);
-    while (r_walk_on(medium, &span, &walk)) {
-        Real density = r_walk_density(medium, &span, &walk);
+/* Ratio tracking through one span. 1: the walk is over. */
+static inline int r_transmit_grid(const RMedium *medium, const RSpan *span, const RScene *scene, REvents *events, Real *depth,
+                                  Real *decision, Real T[3], NphTally *tally) {
+    RWalk walk = r_walk_enter(medium->majorant_n, span, *depth);
+    while (r_walk_on(medium, span, &walk)) {
+        Real density = r_walk_density(medium, span, &walk);
         Real rho = density / walk.majorant, largest = R(0.0);
         tally->tentative++;
         tally->violations += density > walk.majorant;
@@ -285,17 +379,45 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
             largest = T[c] > largest ? T[c] : largest;
         }
         if (largest < scene->shadow_roulette) {
-            Real grow = decision < R(0.25) ? (NPH_BUG(23) ? R(1.0) : R(4.0)) : R(0.0);
+            Real grow = *decision < R(0.25) ? (NPH_BUG(23) ? R(1.0) : R(4.0)) : R(0.0);
             for (int c = 0; c < scene->channels; c++) T[c] *= grow;
             largest *= grow;
         }
-        if (!(largest > R(0.0))) return;
+        if (!(largest > R(0.0))) return 1;
         if (r_exhausted(events)) {
             tally->exhausted++;
-            return;
+            return 1;
         }
-        r_next_event(events, &walk.depth, &decision);
+        r_next_event(events, &walk.depth, decision);
     }
+    *depth = walk.depth;
+    return 0;
+}
+
+/* Ratio tracking: multiplies T by an unbiased estimate of the transmittance up to limit. Below `roulette` (largest
+ * channel) the walk survives with probability 1/4 and T grows by 4. channels is 1 or 3. */
+static inline void r_transmittance(const RMedium *medium, const Real p[3], const Real d[3], Real limit,
+                                   const RScene *scene, REvents *events, Real T[3], NphTally *tally) {
+    Real depth = R(0.0), decision = R(0.0);
+    int met = 0;
+    assert(scene->channels <= 3);
+    RImage image = r_first_image(medium, p, d, limit);
+    do {
+        RSpan span = r_image_span(medium, p, d, &image);
+        if (!span.inside) continue;
+        tally->tentative += !met;
+        met = 1;
+        int dark = medium->shape != NPH_SHAPE_GRID;
+        for (int c = 0; c < scene->channels && medium->shape != NPH_SHAPE_GRID; c++) {
+            T[c] *= r_exp(-medium->sigma[NPH_BUG(25) ? 0 : c] * (span.far - span.near));
+            dark &= !(T[c] > R(0.0));
+        }
+        if (dark) return; /* a level ray between sides that repeat would go on for ever */
+        if (medium->shape != NPH_SHAPE_GRID) continue;
+        if (events->count == 0) r_next_event(events, &depth, &decision);
+        if (r_transmit_grid(medium, &span, scene, events, &depth, &decision, T, tally)) return;
+    } while (r_next_image(medium, p, d, &image));
+    tally->exhausted += image.left == 0;
 }
 
 #endif

@@ -31,7 +31,16 @@
 enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5,
        NPH_RNG_EMISSION = 10 };
 
+/* A flight that passes so many periods of a medium without an end is given up, and counted. */
+enum { NPH_MAX_IMAGES = 1 << 20 };
+
 enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1 << NPH_DRAW_MEDIUM_SHIFT };
+
+/* Sides that repeat, scene-local: along an axis with size > 0 a medium, cut to [lo, lo + size], stands once a period. on: any. */
+typedef struct RPeriod {
+    int on;
+    Real lo[2], size[2], inverse[2]; /* inverse = 1 / size, 0 along axes that do not repeat */
+} RPeriod;
 
 /* Density rho (1 for box and layer); the extinction of channel c is rho * sigma[c]. */
 typedef struct RMedium {
@@ -39,6 +48,8 @@ typedef struct RMedium {
     uint32_t number;            /* in the scene: names the random stream */
     Real from_local[12];        /* medium space (lattice space for a grid) from scene-local space */
     Real lo[3], hi[3];          /* its box in medium space; -R_FAR, R_FAR where it has no end */
+    RPeriod period;             /* off for layers, which look the same everywhere */
+    Real reach_lo[3], reach_hi[3]; /* where it is denser than 0, scene-local; without end along axes that repeat */
     Real sigma[3], sigma_max, ratio[3]; /* ratio = sigma / sigma_max */
     Real collide;               /* part of the extinction that makes collisions; the rest weighs flights */
     Real control;               /* mean of density over majorant: what weighing expects of a virtual collision */
@@ -95,6 +106,8 @@ typedef struct RScene {
     NphSensor sensor;          /* world space, f64 */
     double origin[3];          /* of scene-local space */
     double bounds_lo[3], bounds_hi[3]; /* of all media and meshes, scene-local, f64; infinite where a layer has no end */
+    RPeriod period;
+    double period_lo[2], period_size[2], period_inverse[2]; /* the same in f64, for camera rays */
     RMedium media[NPH_MAX_MEDIA];
     RLight lights[NPH_MAX_LIGHTS];
     REmitter emitters[NPH_MAX_MEDIA];
@@ -114,6 +127,14 @@ static inline RStream r_stream(const RScene *scene, uint32_t stage, uint32_t pix
 static inline NphWords r_words(const RStream *stream, uint32_t block) {
     return nph_philox(stream->key[0], stream->key[1], stream->pixel, stream->sample, stream->vertex,
                       stream->draw | block);
+}
+
+/* Back into the first period. Flights find their way from anywhere; small numbers keep their precision. */
+static inline Real r_wrap(Real u, Real lo, Real size, Real inverse) { return u - size * r_floor((u - lo) * inverse); }
+
+static inline void r_wrap_position(const RPeriod *period, Real p[3]) {
+    if (!period->on) return;
+    for (int a = 0; a < 2; a++) p[a] = r_wrap(p[a], period->lo[a], period->size[a], period->inverse[a]);
 }
 
 static inline Real r_luminance(const Real c[3]) {

@@ -138,6 +138,59 @@ static inline void r_prepare_surfaces(const NphScene *scene, const double origin
     }
 }
 
+static inline void r_prepare_period(const NphPeriod *period, RScene *out) {
+    for (int a = 0; a < 2; a++) {
+        if (!period->on[a]) continue;
+        out->period.on = 1;
+        out->period_lo[a] = period->lo[a] - out->origin[a];
+        out->period_size[a] = period->hi[a] - period->lo[a];
+        out->period_inverse[a] = 1.0 / out->period_size[a];
+        out->period.lo[a] = (Real)out->period_lo[a];
+        out->period.size[a] = (Real)out->period_size[a];
+        out->period.inverse[a] = (Real)out->period_inverse[a];
+    }
+}
+
+/* The part of a grid that holds cells with something in them, in lattice space; a cell bounds lookups within itself. */
+static inline void r_occupied(const NphGrid *grid, double lo[3], double hi[3]) {
+    const int32_t *n = grid->majorant.n;
+    int32_t first[3] = {n[0], n[1], n[2]}, last[3] = {-1, -1, -1};
+    for (int64_t i = 0; i < (int64_t)n[0] * n[1] * n[2]; i++) {
+        int32_t at[3] = {(int32_t)(i % n[0]), (int32_t)(i / n[0] % n[1]), (int32_t)(i / n[0] / n[1])};
+        for (int a = 0; a < 3 && grid->majorant.cells[i] > 0.0f; a++) {
+            first[a] = at[a] < first[a] ? at[a] : first[a];
+            last[a] = at[a] > last[a] ? at[a] : last[a];
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        double from = (double)(first[a] * NPH_MAJORANT_CELL), to = (double)((last[a] + 1) * NPH_MAJORANT_CELL);
+        lo[a] = from > grid->lo[a] ? from : grid->lo[a];
+        hi[a] = to < grid->hi[a] ? to : grid->hi[a];
+    }
+}
+
+/* Where flights have to look for a medium that repeats: the corners of its box (of a grid: of its occupied cells) in
+ * scene-local space, a millionth wider, so that rounding does not cut into it. */
+static inline void r_prepare_reach(const NphMedium *medium, const RScene *scene, RMedium *out) {
+    if (!scene->period.on || medium->shape == NPH_SHAPE_LAYER) return;
+    double lo[3] = {medium->lo[0], medium->lo[1], medium->lo[2]}, hi[3] = {medium->hi[0], medium->hi[1], medium->hi[2]};
+    if (medium->shape == NPH_SHAPE_GRID) r_occupied(&medium->grid, lo, hi);
+    out->period = scene->period;
+    for (int a = 0; a < 3; a++) {
+        const double *row = medium->world_from_medium + 4 * a;
+        double low = row[3] - scene->origin[a], high = low;
+        for (int b = 0; b < 3; b++) {
+            double u = row[b] * lo[b], v = row[b] * hi[b];
+            low += u < v ? u : v;
+            high += u < v ? v : u;
+        }
+        double margin = 1e-6 * (high - low + nph_abs(low) + nph_abs(high));
+        int repeats = a < 2 && scene->period.inverse[a] > R(0.0);
+        out->reach_lo[a] = repeats ? -R_FAR : (Real)(low - margin);
+        out->reach_hi[a] = repeats ? R_FAR : (Real)(high + margin);
+    }
+}
+
 /* The box that camera rays are moved to. A layer fills x and y without end; planes are looked at by themselves. */
 static inline void r_prepare_bounds(const NphScene *scene, RScene *out) {
     double lo[3], hi[3];
@@ -145,7 +198,8 @@ static inline void r_prepare_bounds(const NphScene *scene, RScene *out) {
     for (int m = 0; m < scene->medium_count; m++) layers |= scene->media[m].shape == NPH_SHAPE_LAYER;
     nph_scene_bounds(scene, lo, hi);
     for (int a = 0; a < 3; a++) {
-        int bounded = lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END && (a == 2 || !layers);
+        int repeats = a < 2 && scene->period.on[a];
+        int bounded = !repeats && lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END && (a == 2 || !layers);
         out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] : -2.0 * R_NO_END;
         out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] : 2.0 * R_NO_END;
     }
@@ -156,6 +210,7 @@ static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoi
     memset(out, 0, sizeof *out);
     nph_scene_origin(scene, out->origin);
     r_prepare_bounds(scene, out);
+    r_prepare_period(&scene->period, out);
     r_prepare_surfaces(scene, out->origin, &out->surfaces);
     out->channels = choice->channels;
     out->film_channels = choice->film_channels;
@@ -167,7 +222,10 @@ static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoi
     out->weight_unit = R(1.0);
     out->sensor = scene->sensor;
     for (int m = 0; m < scene->medium_count; m++)
-        if (choice->used[m]) r_prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count++]);
+        if (choice->used[m]) {
+            r_prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count]);
+            r_prepare_reach(&scene->media[m], out, &out->media[out->medium_count++]);
+        }
     for (int m = 0; m < out->medium_count; m++) {
         const Real *sigma = out->media[m].sigma;
         out->chromatic |= (sigma[0] != sigma[1]) | (sigma[0] != sigma[2]);

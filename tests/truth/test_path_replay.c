@@ -13,6 +13,8 @@
 
 #define CAMERA "nephos: 1\ncamera: {type: perspective, resolution: [20, 18], position: [-2, -1.5, 1.2], look_at: [0.5, 0.5, 0.5], fov: 40}\n"
 
+#define PERIODIC CAMERA "periodic: {x: [0.1, 0.8], y: [0, 1]}\nmedia:\n"
+
 static const char *const scenes[] = {
     /* grey, homogeneous */
     CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: hg, g: 0.8}}\n"
@@ -84,6 +86,27 @@ static const char *const scenes[] = {
     "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: hg, g: 0.5}}\n"
     "surfaces:\n  - {plane: 0.2, albedo: 0.8}\n  - {mesh: ../data/mesh/suzanne.obj, transform: [{scale: 0.3}, {translate: [0, 0, 1]}]}\n"
     "lights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1}\n  - {type: constant, radiance: 0.3}\n",
+    /* fluence inside a medium, coloured media and a sun's disc; radiance along one direction; fisheye with dark corners */
+    "nephos: 1\ncamera: {type: fluence, resolution: [20, 18], position: [0.5, 0.5, 0.5], direction: [0, 1, 0], extent: 1.5}\n"
+    "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], phase: {type: hg, g: 0.8}}\n"
+    "lights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1, angular_diameter: 3}\n  - {type: constant, radiance: 0.3}\n",
+    "nephos: 1\ncamera: {type: radiance, resolution: [20, 18], position: [0.5, 0.5, 0.5], direction: [0, 1, 0], extent: 1.5, seen: [1, 2, 3]}\n"
+    "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 0.9}\nlights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1}\n",
+    "nephos: 1\ncamera: {type: fisheye, resolution: [20, 18], position: [0.5, 0.5, 0.2], direction: [0, 0.1, 1], fov: 270}\n"
+    "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 0.9}\nlights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: 1}\n",
+    /* sides that repeat: a rotated grid cut to the period, seen aslant under a low sun; the same weighed; coloured and mixed */
+    PERIODIC "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 8, albedo: 0.95, phase: {type: hg, g: 0.85},\n"
+             "     transform: [{scale: 0.4}, {rotate: {axis: [1, 2, 3], angle: 40}}, {translate: [0.5, 0.4, 0.5]}]}\n"
+             "lights:\n  - {type: sun, elevation: 9, azimuth: 33, irradiance: 3}\n",
+    PERIODIC "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 8, albedo: 0.5, phase: {type: hg, g: 0.85},\n"
+             "     transform: [{scale: 0.3}, {translate: [0.8, 0.4, 0.5]}]}\nlights:\n  - {type: constant, radiance: 1}\n",
+    PERIODIC "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: [4, 8, 16], albedo: 0.95,\n"
+             "     transform: [{scale: 0.3}, {translate: [0.8, 0.4, 0.5]}]}\n"
+             "  - {box: [[0.2, 0, 0], [0.5, 0.3, 1]], extinction: [5, 0, 2], albedo: [0.9, 0, 1], phase: {type: rayleigh},\n"
+             "     transform: [{rotate: {axis: [0, 0, 1], angle: 20}}]}\n  - {layer: [0.3, 0.6], extinction: 0.1}\n"
+             "lights:\n  - {type: sun, elevation: 9, azimuth: 33, irradiance: 3}\n",
+    PERIODIC "  - {box: [[0.2, 0, 0], [0.5, 0.3, 1]], extinction: 5, albedo: 0.9, transform: [{rotate: {axis: [0, 0, 1], angle: 20}}]}\n"
+             "lights:\n  - {type: sun, elevation: 9, azimuth: 33, irradiance: 3}\n",
 };
 
 /* All stages over one batch, as the method runs them. */
@@ -92,7 +115,7 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
     int origin[2] = {0, 0}, inside[4] = {0, 0, 16, 16};
     k->begin(batch, origin, inside, 3);
     k->generate(batch);
-    for (int l = 0; l < scene->light_count && scene->sensor.kind == NPH_SENSOR_FLUX; l++)
+    for (int l = 0; l < scene->light_count && nph_sensor_gathers(scene->sensor.kind); l++)
         if (choice->transport.sampled[l]) k->shadow(batch, l, 1);
     while (k->count(batch) > 0) {
         k->track(batch);

@@ -131,7 +131,7 @@ static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_
     nph_film_tile_rect(state->film, tile, origin, inside);
     k->begin(batch, origin, inside, chunk);
     NPH_LAUNCH(counts, NPH_PATH_GENERATE, k->count(batch), k->generate(batch));
-    for (int l = 0; l < lights && state->job.scene->sensor.kind == NPH_SENSOR_FLUX; l++)
+    for (int l = 0; l < lights && nph_sensor_gathers(state->job.scene->sensor.kind); l++)
         if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 1));
     while (k->count(batch) > 0) {
         NPH_LAUNCH(counts, NPH_PATH_TRACK, k->count(batch), k->track(batch));

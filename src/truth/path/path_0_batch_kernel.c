@@ -25,7 +25,9 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     out->roulette = (Real)job->knobs[NPH_PATH_KNOB_ROULETTE];
     out->shadow_roulette = (Real)job->knobs[NPH_PATH_KNOB_SHADOW_ROULETTE];
     out->guide = choice->guide;
-    out->weight_unit = scene->sensor.kind == NPH_SENSOR_FLUX ? R(0.31830988618379067154) : R(1.0);
+    out->weight_unit = scene->sensor.kind == NPH_SENSOR_FLUX      ? R(0.31830988618379067154)
+                       : scene->sensor.kind == NPH_SENSOR_FLUENCE ? R(0.079577471545947667884)
+                                                                  : R(1.0);
     out->guide_part = (Real)choice->guide_part;
     out->least_light = (Real)(choice->least_light * 0.079577471545947668);
     for (int e = 0; e < out->emitter_count; e++)

@@ -11,6 +11,8 @@
 
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch);
 
+static int plain(NphSensorKind kind) { return !nph_sensor_gathers(kind) && kind != NPH_SENSOR_FISHEYE; }
+
 /* All 4096 rays of a tile, one grey channel. */
 R_OUTLINE void generate_lanes(const RScene *restrict constant, const RTile *restrict from, Real *restrict to,
                               Real *restrict start) {
@@ -39,7 +41,7 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
     int count = 0, whole = batch->inside[0] <= batch->tile_x && batch->inside[1] <= batch->tile_y &&
                            batch->inside[2] >= batch->tile_x + NPH_TILE && batch->inside[3] >= batch->tile_y + NPH_TILE;
     batch->vertex = 0;
-    if (whole && scene->channels == 1 && scene->sensor.kind != NPH_SENSOR_FLUX &&
+    if (whole && scene->channels == 1 && plain(scene->sensor.kind) &&
         scene->surfaces.plane_count == 0) {
         RStream stream = r_stream(scene, NPH_RNG_GENERATE, 0, 0, 0);
         RTile tile = r_tile(batch, &stream, NPH_PATH_BATCH, 0);
@@ -55,6 +57,7 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
         RStream stream = r_stream(scene, NPH_RNG_GENERATE, r_pixel(batch, id), r_sample(batch, id), 0);
         RCameraRay ray;
         r_camera_ray(scene, x, y, &stream, &ray);
+        if (!(ray.weight > R(0.0))) continue;
         for (int a = 0; a < 3; a++) {
             paths->p[a][count] = ray.p[a];
             paths->d[a][count] = ray.d[a];

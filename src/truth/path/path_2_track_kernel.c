@@ -113,7 +113,7 @@ static void track_grey(NphPathBatch *batch) {
         const RMedium *medium = &scene->media[m];
         stream.draw = medium->number << NPH_DRAW_MEDIUM_SHIFT;
         if (!(medium->sigma[0] > R(0.0))) continue;
-        if (batch->count <= R_FEW) {
+        if (batch->count <= R_FEW || (medium->period.on && medium->shape != NPH_SHAPE_GRID)) {
             fly_one_by_one(batch, m, &stream);
         } else if (medium->shape != NPH_SHAPE_GRID) {
             RTile tile = r_tile(batch, &stream, batch->count, m);

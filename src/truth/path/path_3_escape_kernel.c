@@ -21,8 +21,7 @@ void NPH_KERNEL(nph_path_escape)(NphPathBatch *batch) {
         r_lights_at_infinity(scene, d, paths->pdf[i], radiance);
         r_add_light(batch, id, weight, radiance, batch->vertex);
         if (batch->vertex == 0) {
-            Real scale = scene->sensor.kind == NPH_SENSOR_FLUX ? R(0.31830988618379067154) : R(1.0);
-            for (int c = 0; c < 3; c++) batch->samples[(NPH_SAMPLE_T0 + c) * NPH_PATH_BATCH + id] = weight[c] * scale;
+            for (int c = 0; c < 3; c++) batch->samples[(NPH_SAMPLE_T0 + c) * NPH_PATH_BATCH + id] = weight[c] * scene->weight_unit;
         }
     }
 }

@@ -3,7 +3,7 @@
  * path.shadow: at each vertex one sample of a light, whether a surface hides it, its transmittance by ratio tracking
  * through every medium, and what scatters towards the path: weight * albedo * p(cos) * T * L / pdf, weighted against
  * finding the light by the phase function. On surfaces and at a flux sensor the same with max(0, cos) / pi in place of the
- * phase function. [paths, queue, distance, medium, surface -> samples] */
+ * phase function, at a sensor for fluence with 1 / 4 pi. [paths, queue, distance, medium, surface -> samples] */
 #include "truth/path/path_lanes.h"
 #include "truth/path/path_state.h"
 
@@ -159,7 +159,7 @@ static void pass_grey(NphPathBatch *batch, int m, const RStream *base, int light
         r_flights_run(flights, &batch->tally, 1, NULL, m);
         return;
     }
-    if (count > R_FEW) {
+    if (count > R_FEW && !medium->period.on) {
         pass_homogeneous(medium, batch->ray[0], batch->reach, batch->passed, count);
         return;
     }

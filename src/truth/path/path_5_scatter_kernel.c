@@ -5,6 +5,7 @@
  * written one after the other into the other set of paths. At albedo 1 no weight falls and no path is ended: it leaves
  * through the surface, after sigma 4V/S collisions in the mean. On surfaces directions have the density cos / pi.
  * [paths, queue, distance, medium, surface -> the other paths; samples at the first vertex] */
+#include "transport/camera_lookup.h"
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_scatter)(NphPathBatch *batch);
@@ -77,6 +78,14 @@ static int close_ranks(const NphPathBatch *batch, const RPaths *from, RPaths *to
     return count;
 }
 
+/* x and y of all paths back into the first period. */
+static void wrap_lanes(const RPeriod *period, int count, Real *p) {
+    for (int a = 0; a < 2 && period->on; a++) {
+        Real lo = period->lo[a], size = period->size[a], inverse = period->inverse[a], *u = p + (R_OF_P + a) * NPH_PATH_BATCH;
+        for (int k = 0; k < count; k++) u[k] = r_wrap(u[k], lo, size, inverse);
+    }
+}
+
 static int scatter_lanes(NphPathBatch *batch, uint32_t vertex) {
     const RScene *scene = batch->scene;
     const RPaths *from = &batch->paths[batch->now];
@@ -93,6 +102,7 @@ static int scatter_lanes(NphPathBatch *batch, uint32_t vertex) {
         [NPH_PHASE_RAYLEIGH] = turn_rayleigh, [NPH_PHASE_DRAINE] = guided ? guide_draine : turn_draine,
         [NPH_PHASE_TABULATED] = guided ? guide_tabulated : turn_tabulated};
     turns[medium->phase.kind](&scatter, from->p[0], from->id, batch->queue, batch->distance, to->p[0]);
+    wrap_lanes(&scene->period, batch->queued, to->p[0]);
     return close_ranks(batch, from, to);
 }
 
@@ -118,6 +128,7 @@ static int scatter_any(NphPathBatch *batch, int first, int end, int count, uint3
         }
         Real survival = r_survival(scene->roulette, largest, turned.peak);
         if (!(largest > R(0.0) && r_uniform(words.w3) < survival)) continue;
+        r_wrap_position(&scene->period, vertex.p);
         for (int a = 0; a < 3; a++) {
             to->p[a][count] = vertex.p[a];
             to->d[a][count] = turned.d[a];
@@ -138,7 +149,7 @@ static int scatter_any(NphPathBatch *batch, int first, int end, int count, uint3
 static void note_first(NphPathBatch *batch) {
     const RScene *scene = batch->scene;
     const RPaths *from = &batch->paths[batch->now];
-    Real camera = scene->sensor.kind == NPH_SENSOR_FLUX ? R(3.14159265358979323846) : R(1.0);
+    Real camera = r_sensor_weight(scene);
     for (int k = 0; k < batch->queued + batch->touched; k++) {
         int i = batch->queue[k], in = batch->medium[i];
         int32_t id = from->id[i];

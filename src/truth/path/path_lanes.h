@@ -45,6 +45,7 @@ typedef struct RFlights {
     int next;             /* the first ray that is not in a lane yet */
     RLanes ready, work;
     RDue due;
+    RImage image[NPH_PATH_BATCH]; /* of each ray, where sides repeat */
 } RFlights;
 
 /* r_clip of ray i of six arrays one after another. */
@@ -146,6 +147,37 @@ R_OUTLINE void r_flights_enter(RLanes *restrict lanes, const RMedium *restrict m
     }
 }
 
+/* Puts ray `ray` into lane i where it enters the next image of the medium that holds a part of it; 0 when there is none. */
+static inline int r_flights_reenter(RFlights *f, RLanes *lanes, int i, int32_t ray, int first, NphTally *tally) {
+    const RMedium *medium = f->medium;
+    const Real *rays = f->rays.ray;
+    RImage *image = &f->image[ray];
+    Real p[3] = {r_lane(rays, R_OF_P, ray), r_lane(rays, R_OF_P + 1, ray), r_lane(rays, R_OF_P + 2, ray)};
+    Real d[3] = {r_lane(rays, R_OF_D, ray), r_lane(rays, R_OF_D + 1, ray), r_lane(rays, R_OF_D + 2, ray)};
+    if (first) *image = r_first_image(medium, p, d, f->rays.limit[ray]);
+    while (first || r_next_image(medium, p, d, image)) {
+        first = 0;
+        RSpan span = r_image_span(medium, p, d, image);
+        if (!span.inside) continue;
+        RWalk walk = r_walk_enter(medium->majorant_n, &span, R(0.0));
+        for (int a = 0; a < 3; a++) {
+            lanes->o[a][i] = span.o[a];
+            lanes->d[a][i] = span.d[a];
+            lanes->inv[a][i] = span.inv[a];
+        }
+        lanes->far[i] = span.far;
+        lanes->t[i] = span.near;
+        lanes->c0[i] = walk.c0;
+        lanes->c1[i] = walk.c1;
+        lanes->c2[i] = walk.c2;
+        lanes->state[i] = R_WALKING;
+        return 1;
+    }
+    tally->exhausted += image->left == 0;
+    lanes->state[i] = R_LEFT;
+    return 0;
+}
+
 /* Fills `ready` with the next rays that meet the medium, their first event drawn. */
 static inline void r_flights_load(RFlights *f, NphTally *tally, int shadow) {
     RLanes *lanes = &f->ready;
@@ -153,9 +185,11 @@ static inline void r_flights_load(RFlights *f, NphTally *tally, int shadow) {
     lanes->count = 0;
     while (lanes->count == 0 && f->next < rays->count) {
         int first = f->next, count = rays->count - first < R_LANES ? rays->count - first : R_LANES, kept = 0;
-        r_flights_enter(lanes, f->medium, rays->ray + first, rays->limit + first, count);
+        int repeats = f->medium->period.on;
+        if (!repeats) r_flights_enter(lanes, f->medium, rays->ray + first, rays->limit + first, count);
         for (int i = 0; i < count; i++) {
             Real T = shadow ? rays->T[first + i] : R(1.0);
+            if (repeats && T > R(0.0)) r_flights_reenter(f, lanes, i, first + i, 1, tally);
             if (lanes->state[i] != R_WALKING || !(T > R(0.0))) continue;
             if (kept != i) r_lane_copy(lanes, kept, lanes, i);
             lanes->ray[kept] = first + i;
@@ -265,6 +299,7 @@ static inline void r_flights_collide(RFlights *f, NphTally *tally, int shadow) {
         tally->exhausted += exhausted;
         lanes->T[i] = due->T[k];
         lanes->state[i] = exhausted ? R_LEFT : R_COLLIDES; /* what is over stays at its collision */
+        if (exhausted) f->image[lanes->ray[i]].end = R(0.0);
         due->list[left] = i;
         left += !(over | exhausted);
     }
@@ -276,9 +311,11 @@ static inline void r_flights_collide(RFlights *f, NphTally *tally, int shadow) {
 /* Hands finished flights to `finish` and puts new rays into their lanes. */
 static inline void r_flights_renew(RFlights *f, NphTally *tally, int shadow, int32_t *medium_of, int32_t medium) {
     RLanes *lanes = &f->work;
+    int repeats = f->medium->period.on;
     for (int i = 0; i < lanes->count; i++) {
         while (i < lanes->count && lanes->state[i] != R_WALKING) {
             int32_t ray = lanes->ray[i];
+            if (repeats && lanes->state[i] == R_LEFT && r_flights_reenter(f, lanes, i, ray, 0, tally)) break;
             if (shadow || f->scene->weighed) f->rays.T[ray] = lanes->T[i];
             if (!shadow && f->scene->weighed)
                 f->rays.walked[ray] = lanes->walked[i] - (lanes->state[i] == R_LEFT ? lanes->depth[i] : R(0.0));

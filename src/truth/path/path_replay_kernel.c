@@ -116,8 +116,7 @@ static void leave(Replay *r) {
     tell(r, "  leaves along %.6g %.6g %.6g: radiance (weighted) %.9g %.9g %.9g", (double)r->d[0], (double)r->d[1],
          (double)r->d[2], (double)radiance[0], (double)radiance[1], (double)radiance[2]);
     if (r->vertex > 0) return;
-    Real scale = r->scene->sensor.kind == NPH_SENSOR_FLUX ? R(0.31830988618379067154) : R(1.0);
-    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = r->weight[c] * scale;
+    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = r->weight[c] * r->scene->weight_unit;
 }
 
 /* The largest channel's. */
@@ -234,6 +233,7 @@ static void follow(Replay *r, Real start) {
     while (advance(r, start, &vertex)) {
         sample_lights(r, &vertex);
         if (!scatter(r, &vertex)) return;
+        r_wrap_position(&r->scene->period, r->p);
     }
 }
 
@@ -258,12 +258,13 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
          scene->frame);
     tell(&r, "  camera ray at %.9g %.9g %.9g (%.9g m from the sensor) along %.9g %.9g %.9g", world(&r, r.p, 0),
          world(&r, r.p, 1), world(&r, r.p, 2), (double)ray.start, (double)r.d[0], (double)r.d[1], (double)r.d[2]);
-    if (scene->sensor.kind == NPH_SENSOR_FLUX) {
+    if (nph_sensor_gathers(scene->sensor.kind)) {
         RVertex vertex;
         r_vertex_at_sensor(&scene->sensor, ray.at, ray.d, &vertex);
         sample_lights(&r, &vertex);
     }
-    follow(&r, ray.start);
+    if (ray.weight > R(0.0)) follow(&r, ray.start);
+    else tell(&r, "  outside of the fisheye's circle");
     tell(&r, "result: %.9g %.9g %.9g after %u scatterings, %lld tentative collisions", (double)r.field[0],
          (double)r.field[1], (double)r.field[2], r.vertex, (long long)r.tally.tentative);
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] = (double)r.field[f];
