@@ -488,6 +488,8 @@ START_TEST(meshes_that_cannot_be_used_are_named_with_their_place_in_the_scene) {
     ck_assert_ptr_nonnull(strstr(messages, "bad.obj:2"));
     ck_assert_ptr_nonnull(strstr(messages, "s:6:10: this mesh has no triangles"));
     ck_assert_ptr_null(strstr(messages, "s:5:"));
+    ck_assert_int_eq(parse(context, HEAD "surfaces: [{plane: 0}, {mesh: a.obj}]\nperiodic: {x: [0, 1]}\n", &scene), NPH_BAD_SCENE);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:11: periodic does not go with a mesh (surface surface1)"));
     ck_assert_int_eq(parse(context, HEAD "surfaces:\n- {mesh: a.obj, transform: [{translate: [0, 1e12, 0]}]}\n", &scene),
                      NPH_BAD_SCENE);
     ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:10: after its transform this mesh reaches beyond 1e12 m along y"));
