@@ -7,10 +7,12 @@
 #include <string.h>
 
 #include "core/message.h"
+#include "truth/light/light.h"
 #include "truth/path/path.h"
 
 static const NphMethod *const methods[] = {
     &nph_path,
+    &nph_light,
 };
 
 int nph_method_count(void) { return (int)(sizeof methods / sizeof *methods); }

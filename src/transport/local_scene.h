@@ -34,6 +34,13 @@ enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIG
 /* A flight that passes so many periods of a medium without an end is given up, and counted. */
 enum { NPH_MAX_IMAGES = 1 << 20 };
 
+/* Those of light tracing. */
+enum {
+    NPH_RNG_TRACE_EMIT = 16, NPH_RNG_TRACE_FLY = 17, NPH_RNG_TRACE_TURN = 18, NPH_RNG_TRACE_ROULETTE = 19,
+    NPH_RNG_TRACE_CONNECT = 20, NPH_RNG_TRACE_PASS = 21, NPH_RNG_TRACE_SEE = 22, NPH_RNG_TRACE_LOOK = 23,
+    NPH_RNG_TRACE_SEEN = 24
+};
+
 enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1 << NPH_DRAW_MEDIUM_SHIFT };
 
 /* Sides that repeat, scene-local: along an axis with size > 0 a medium, cut to [lo, lo + size], stands once a period. on: any. */

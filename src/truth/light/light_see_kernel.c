@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * light.see: what arrives without having met anything. A camera sees the lights at infinity along one ray per pixel and
+ * sample, L T, and that ray's transmittance; flux and fluence take one light sample of each light from a point of the
+ * pixel, L T cos / pdf and L T / pdf. The order of this light is 0. The rest of a sample is the image its photons made. */
+#include <string.h>
+
+#include "transport/camera_lookup.h"
+#include "truth/light/light_1_emit_lookup.h"
+
+void NPH_KERNEL(nph_light_see)(const void *memory, const NphLightImage *images, const int origin[2], const int inside[4],
+                               void *samples, NphTally *tally);
+
+typedef struct Seer {
+    const RScene *scene;
+    RStream stream;
+    NphTally *tally;
+    Real L[3], T[3];
+} Seer;
+
+/* T up to limit; 0 behind a surface. */
+static void pass(Seer *seer, const Real p[3], const Real d[3], Real limit, Real T[3]) {
+    const RScene *scene = seer->scene;
+    for (int c = 0; c < 3; c++) T[c] = R(1.0);
+    if (scene->surfaces.count > 0 && r_blocked(scene, p, d, limit)) {
+        for (int c = 0; c < 3; c++) T[c] = R(0.0);
+        return;
+    }
+    r_pass(scene, &seer->stream, p, d, limit, T, seer->tally);
+}
+
+static void look(Seer *seer, const RCameraRay *ray) {
+    Real radiance[3] = {R(0.0), R(0.0), R(0.0)};
+    if (!(ray->weight > R(0.0))) return; /* a fisheye's corners */
+    pass(seer, ray->p, ray->d, R_HUGE, seer->T);
+    r_lights_at_infinity(seer->scene, ray->d, R(-1.0), radiance);
+    for (int c = 0; c < 3; c++) seer->L[c] = radiance[c] * seer->T[c];
+}
+
+/* One light as a point of a sensor that gathers has it. */
+static void gather(Seer *seer, int number, const RCameraRay *ray) {
+    const RScene *scene = seer->scene;
+    const RLight *light = &scene->lights[number];
+    RLightSample s;
+    Real T[3];
+    const double *n = scene->sensor.forward;
+    RStream stream = seer->stream;
+    stream.key[1] = NPH_RNG_TRACE_LOOK << 24 | (scene->frame & 0xffffffu);
+    stream.draw = seer->stream.draw = (uint32_t)number << NPH_DRAW_LIGHT_SHIFT;
+    if (light->kind == NPH_LIGHT_CONSTANT) {
+        s.distance = R_HUGE;
+        r_towards_infinity(light, r_words(&stream, 0), s.d, s.value);
+    } else {
+        r_sample_light(light, ray->at, &stream, &s);
+    }
+    Real cosine = s.d[0] * (Real)n[0] + s.d[1] * (Real)n[1] + s.d[2] * (Real)n[2];
+    Real weight = scene->sensor.kind == NPH_SENSOR_FLUX ? r_max(cosine, R(0.0)) : R(1.0);
+    if (!(weight * (s.value[0] + s.value[1] + s.value[2]) > R(0.0))) return;
+    pass(seer, ray->at, s.d, s.distance, T);
+    for (int c = 0; c < 3; c++) seer->L[c] += weight * s.value[c] * T[c];
+}
+
+static void see_pixel(Seer *seer, int x, int y, uint32_t sample) {
+    const RScene *scene = seer->scene;
+    RCameraRay ray;
+    uint32_t pixel = (uint32_t)y * (uint32_t)scene->width + (uint32_t)x;
+    seer->stream = r_stream(scene, NPH_RNG_TRACE_SEE, pixel, sample, 0);
+    memset(seer->L, 0, sizeof seer->L);
+    memset(seer->T, 0, sizeof seer->T);
+    r_camera_ray(scene, x, y, &seer->stream, &ray);
+    seer->stream = r_stream(scene, NPH_RNG_TRACE_SEEN, pixel, sample, 0);
+    if (!nph_sensor_gathers((NphSensorKind)scene->sensor.kind)) {
+        look(seer, &ray);
+        return;
+    }
+    for (int l = 0; l < scene->light_count; l++) gather(seer, l, &ray);
+}
+
+void NPH_KERNEL(nph_light_see)(const void *memory, const NphLightImage *images, const int origin[2], const int inside[4],
+                               void *samples, NphTally *tally) {
+    const RLightScene *light = memory;
+    const RScene *scene = &light->scene;
+    Real *out = samples;
+    int channels = scene->film_channels;
+    Seer seer = {.scene = scene, .tally = tally};
+    memset(out, 0, sizeof *out * NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK);
+    for (int y = inside[1]; y < inside[3]; y++)
+        for (int x = inside[0]; x < inside[2]; x++)
+            for (int i = 0; i < NPH_CHUNK; i++) {
+                const NphLightImage *image = &images[i];
+                const int *crop = image->crop;
+                int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+                int64_t from = (y - crop[1]) * width + x - crop[0];
+                int at = ((y - origin[1]) * NPH_TILE + x - origin[0]) * NPH_CHUNK + i, plane = NPH_TILE_PIXELS * NPH_CHUNK;
+                see_pixel(&seer, x, y, (uint32_t)image->sample);
+                for (int c = 0; c < 3; c++) {
+                    Real traced = c < channels ? (Real)image->planes[c * pixels + from] : R(0.0);
+                    out[(NPH_SAMPLE_L0 + c) * plane + at] = seer.L[c] + traced;
+                    out[(NPH_SAMPLE_T0 + c) * plane + at] = seer.T[c];
+                }
+                out[NPH_SAMPLE_ORDER * plane + at] = (Real)image->planes[channels * pixels + from];
+            }
+}
