@@ -4,6 +4,10 @@
 #define _POSIX_C_SOURCE 200809L
 #include "harness.h"
 
+#ifdef NPH_BUGS
+#include "bugs/bugs.h"
+#endif
+
 #include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -107,7 +111,15 @@ int nph_test_statistics(const char *what) {
     return 0;
 }
 
+int nph_test_wanted(const char *title) {
+    const char *only = getenv("NEPHOS_TEST_ONLY");
+    return !only || strcmp(only, title) == 0;
+}
+
 int nph_test_main(const char *name, void (*fill)(TCase *)) {
+#ifdef NPH_BUGS
+    bugs_choose();
+#endif
     make_temporary();
     Suite *suite = suite_create(name);
     TCase *cases = tcase_create(name);

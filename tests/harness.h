@@ -8,6 +8,16 @@
 
 #include "nephos/context.h"
 
+/* With NEPHOS_TEST_ONLY=TITLE only the case of that title runs. */
+int nph_test_wanted(const char *title);
+#undef tcase_add_test
+#undef tcase_add_loop_test
+#define tcase_add_loop_test(tcase, title, from, to)                                                  \
+    do {                                                                                             \
+        if (nph_test_wanted(#title)) tcase_add_loop_test_raise_signal(tcase, title, 0, from, to);     \
+    } while (0)
+#define tcase_add_test(tcase, title) tcase_add_loop_test(tcase, title, 0, 1)
+
 /* Runs the suite; with NEPHOS_TEST_LOGS=DIR writes DIR/NAME.xml (Check's log with seconds per case). Returns the exit status. */
 int nph_test_main(const char *name, void (*fill)(TCase *));
 

@@ -10,6 +10,10 @@
 
 #include "harness.h"
 
+#ifdef NPH_BUGS
+#include "bugs/bugs.h"
+#endif
+
 NphRenderOptions render_options(int64_t samples, int precision) {
     NphRenderOptions options;
     nph_render_options_default(&options);
@@ -35,6 +39,9 @@ NphStatus render_try(RenderCase *render, const char *yaml, const NphRenderOption
     render->context = nph_test_context(threads);
     NphStatus status = nph_scene_parse(render->context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"),
                                        &render->scene);
+#ifdef NPH_BUGS
+    if (status == NPH_OK) bugs_change_scene(render->scene);
+#endif
     if (status == NPH_OK)
         status = nph_render(render->context, render->scene, options, &render->film, &render->statistics);
     if (status == NPH_OK) status = nph_film_image(render->context, render->film, &render->image);

@@ -53,7 +53,7 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
         out->ratio[c] = largest > 0.0 ? (Real)(medium->extinction_per_m[c] / largest) : R(0.0);
     }
     out->collide = R(1.0);
-    for (int c = 0; c < 3; c++) out->albedo[c] = NPH_BUG(6) ? R(1.0) : (Real)medium->albedo[c];
+    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)medium->albedo[c];
     out->phase = r_phase(&medium->phase);
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
@@ -116,7 +116,7 @@ static inline void r_prepare_light(const NphLight *light, const double origin[3]
 static inline void r_weigh_flights(const NphMedium *medium, double weighed, RMedium *out) {
     double least = medium->albedo[0] > 0.25 ? medium->albedo[0] : 0.25, collide = 1.0 - weighed * (1.0 - least);
     out->collide = (Real)collide;
-    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)(medium->albedo[c] / collide);
+    for (int c = 0; c < 3; c++) out->albedo[c] = NPH_BUG(6) ? R(1.0) : (Real)(medium->albedo[c] / collide);
 }
 
 static inline void r_prepare_surfaces(const NphScene *scene, const double origin[3], RSurfaces *out) {
