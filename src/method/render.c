@@ -68,7 +68,8 @@ static NphStatus check_numbers(NphContext *context, const NphFilm *film, const N
                          (long long)s->majorant_violations);
     if (s->exhausted)
         return nph_error(context, NPH_BAD_NUMBER,
-                         "%lld flights used up their random numbers (4194304 virtual collisions): the picture is biased",
+                         "%lld flights used up their random numbers (4194304 virtual collisions), or passed 1048576 periods "
+                         "of sides that repeat and may never leave: the picture is biased",
                          (long long)s->exhausted);
     return NPH_OK;
 }
