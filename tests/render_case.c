@@ -23,9 +23,9 @@ NphRenderOptions render_options(int64_t samples, int precision) {
 }
 
 const char *render_text(const char *format, ...) {
-    static char buffers[16][4096];
+    static char buffers[128][4096];
     static int next;
-    char *buffer = buffers[next++ % 16];
+    char *buffer = buffers[next++ % 128];
     va_list arguments;
     va_start(arguments, format);
     int length = vsnprintf(buffer, sizeof buffers[0], format, arguments);

@@ -44,15 +44,18 @@ static inline double r_camera_box(const RScene *scene, const double p[3], const 
     return met ? near : R_NO_SIGHT;
 }
 
-/* Distance to a thousandth of the way before the first plane: still on its side in the numbers of Real. */
+/* Distance along the ray to shortly above the first plane ahead: so far that the plane is still ahead in the numbers of
+ * Real, and so near that t of the rest is small. */
 static inline double r_camera_planes(const RSurfaces *surfaces, const double p[3], const double d[3]) {
     double nearest = R_NO_SIGHT;
     for (int i = 0; i < surfaces->plane_count; i++) {
-        double height = p[2] - surfaces->height[i], t = -height / d[2];
-        int ahead = (height > 0.0 && d[2] < 0.0) || (height < 0.0 && d[2] > 0.0);
+        double rise = p[2] - surfaces->height[i], height = nph_abs(rise);
+        int ahead = (rise > 0.0 && d[2] < 0.0) || (rise < 0.0 && d[2] > 0.0);
+        double keep = height * 0x1p-14 + nph_abs(surfaces->height[i]) * 0x1p-18;
+        double t = height > keep ? (height - keep) / nph_abs(d[2]) : 0.0;
         nearest = ahead && t < nearest ? t : nearest;
     }
-    return nearest < R_NO_SIGHT ? 0.999 * nearest : R_NO_SIGHT;
+    return nearest;
 }
 
 /* How far the ray is moved before it becomes Real: to what it may meet; 0 inside it, or when there is nothing. */

@@ -23,7 +23,7 @@ static inline Real r_mean_of_majorant(const NphGrid *grid) {
     return (Real)(part < 1.0 ? part : 1.0);
 }
 
-/* The box [lo, hi] of a space and where it lies. */
+/* The box [lo, hi] of a space and where it lies; out->shape is set. */
 static inline void r_prepare_place(const double world_from[12], const double lo[3], const double hi[3],
                                    const double origin[3], RMedium *out) {
     double from_world[12];
@@ -31,9 +31,13 @@ static inline void r_prepare_place(const double world_from[12], const double lo[
     for (int a = 0; a < 3; a++) {
         const double *row = from_world + 4 * a;
         for (int b = 0; b < 3; b++) out->from_local[4 * a + b] = (Real)row[b];
-        out->from_local[4 * a + 3] = (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2]);
-        out->lo[a] = lo[a] > -R_NO_END ? (Real)lo[a] : -R_FAR;
-        out->hi[a] = hi[a] < R_NO_END ? (Real)hi[a] : R_FAR;
+        /* the space of a box or layer is counted from its middle: its edges may be large numbers */
+        int counted = out->shape != NPH_SHAPE_GRID && lo[a] > -R_NO_END && hi[a] < R_NO_END;
+        double middle = counted ? 0.5 * lo[a] + 0.5 * hi[a] : 0.0;
+        out->from_local[4 * a + 3] =
+            (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2] - middle);
+        out->lo[a] = lo[a] > -R_NO_END ? (Real)(lo[a] - middle) : -R_FAR;
+        out->hi[a] = hi[a] < R_NO_END ? (Real)(hi[a] - middle) : R_FAR;
     }
 }
 

@@ -30,6 +30,13 @@ static const char *const scenes[] = {
     CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 0, emission: {type: volume, radiance: 1, grid: density}}\n"
            "  - {" BOX ", extinction: 2, albedo: 0.5, emission: {type: volume, radiance: 1}}\n"
            "  - {layer: [0, 1], extinction: 0, emission: {type: volume, radiance: 0}}\n",
+    /* grey surfaces */
+    CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 30, albedo: 0.9, phase: {type: hg, g: 0.8}}\n"
+           "surfaces:\n  - {plane: -0.3}\n  - {mesh: ../data/mesh/teapot.obj, albedo: 0, transform: [{scale: 0.2}, {translate: [0.3, 0, -0.3]}]}\n"
+           "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3, angular_diameter: 2}\n  - {type: constant, radiance: 0.2}\n",
+    /* black surfaces */
+    CAMERA "media:\n  - {" BOX ", extinction: 2, albedo: 0}\nsurfaces:\n  - {plane: 0.2, albedo: 0}\n"
+           "lights:\n  - {type: constant, radiance: 1}\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n",
 };
 
 START_TEST(a_full_plan_gives_the_same_bits) {
@@ -56,7 +63,8 @@ END_TEST
 
 /* The plan says what it left out, and announces less memory than the full one. */
 START_TEST(the_plan_names_what_it_leaves_out) {
-    static const char *const expected[] = {"channels", "transport channels", "medium0", "path.shadow", "emission"};
+    static const char *const expected[] = {"channels", "transport channels", "medium0", "path.shadow",
+                                           "emission", "channels", "path.shadow"};
     NphContext *context = nph_test_context(1);
     NphScene *scene = NULL;
     NphStatus status = nph_scene_parse(context, scenes[_i], strlen(scenes[_i]), "test.yaml", nph_test_path("reference/scenes"), &scene);
@@ -82,16 +90,18 @@ END_TEST
 
 START_TEST(weighed_flights_agree_with_the_full_plan) {
     static const char *const scene =
-        CAMERA "media:\n  - {%s, extinction: %g, albedo: 0.6, phase: {type: hg, g: 0.5}}\nlights:\n  - {type: constant, radiance: 1}\n";
-    static const char *const shapes[] = {BOX, "density: {file: ../data/cumulus/cumulus_300.zip.nvdb}"};
-    for (int i = 0; i < 2; i++) {
+        CAMERA "media:\n  - {%s, extinction: %g, albedo: 0.6, phase: {type: hg, g: 0.5}}\nsurfaces: [%s]\nlights:\n  - {type: constant, radiance: 1}\n";
+    static const char *const shapes[] = {BOX, "density: {file: ../data/cumulus/cumulus_300.zip.nvdb}", BOX};
+    static const char *const surfaces[] = {"", "", "{plane: 0.3, albedo: 0.7}"};
+    for (int i = 0; i < 3; i++) {
+        double extinction = i == 1 ? 10.0 : 3.0;
         RenderCase lean, full;
         NphRenderOptions options = render_options(512, 32);
-        render_case(&lean, render_text(scene, shapes[i], i ? 10.0 : 3.0), &options, 0);
+        render_case(&lean, render_text(scene, shapes[i], extinction, surfaces[i]), &options, 0);
         options.plan_full = 1;
         options.seed_given = 1;
         options.seed = 2;
-        render_case(&full, render_text(scene, shapes[i], i ? 10.0 : 3.0), &options, 0);
+        render_case(&full, render_text(scene, shapes[i], extinction, surfaces[i]), &options, 0);
         double a = render_mean(&lean, "R"), b = render_mean(&full, "R");
         double error = hypot(render_error(&lean, "R"), render_error(&full, "R"));
         printf("    %.6f +- %.6f, full %.6f +- %.6f\n", a, render_error(&lean, "R"), b, render_error(&full, "R"));
@@ -104,8 +114,8 @@ START_TEST(weighed_flights_agree_with_the_full_plan) {
 END_TEST
 
 static void fill(TCase *cases) {
-    tcase_add_loop_test(cases, a_full_plan_gives_the_same_bits, 0, 5);
-    tcase_add_loop_test(cases, the_plan_names_what_it_leaves_out, 0, 5);
+    tcase_add_loop_test(cases, a_full_plan_gives_the_same_bits, 0, (int)(sizeof scenes / sizeof *scenes));
+    tcase_add_loop_test(cases, the_plan_names_what_it_leaves_out, 0, (int)(sizeof scenes / sizeof *scenes));
     tcase_add_test(cases, weighed_flights_agree_with_the_full_plan);
 }
 

@@ -26,15 +26,15 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
 
 static const NphStage stages[NPH_PATH_STAGES] = {
     {"path.generate", "pinhole, parallel and flux sensors; box filter", "", "path.ray path.state", {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.track", "delta tracking [Woodcock65]; spectral MIS [Wilkie14]", "path.ray path.state",
-     "path.distance path.medium path.state path.queue", {NPH_PATH_BATCH, 1, 1}, 0},
+    {"path.track", "delta tracking [Woodcock65]; spectral MIS [Wilkie14]; surfaces [Woop13]", "path.ray path.state",
+     "path.distance path.medium path.surface path.touch path.state path.queue", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.emission", "events of a Poisson process [Kingman93]", "path.ray path.state path.distance", "path.sample",
      {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.escape", "balance heuristic [Veach95]", "path.ray path.state path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]",
-     "path.ray path.state path.distance path.medium path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
+     "path.ray path.state path.distance path.medium path.surface path.touch path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.scatter", "phase function sampling; roulette [Arvo90]",
-     "path.ray path.state path.distance path.medium path.queue", "path.ray path.state path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
+     "path.ray path.state path.distance path.medium path.surface path.touch path.queue", "path.ray path.state path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "path.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
@@ -44,7 +44,12 @@ static const NphBuffer buffers[] = {
      NPH_NEAR, NULL},
     {"path.distance", NPH_TYPE_REAL, "[path]", "m", "to the next collision", NPH_NEAR, NULL},
     {"path.medium", NPH_I32, "[path]", "1", "number of the medium it happens in; -1: none", NPH_EXACT, NULL},
-    {"path.queue", NPH_I32, "[2][path]", "1", "positions of the paths that collide, and that leave", NPH_EXACT, NULL},
+    {"path.surface", NPH_I32, "[path]", "1", "number of the surface that the flight ends at if nothing collides; -1: none",
+     NPH_EXACT, NULL},
+    {"path.touch", NPH_TYPE_REAL, "[7][path]", "m, 1", "where light leaves that surface, its normal, how far it is", NPH_NEAR,
+     NULL},
+    {"path.queue", NPH_I32, "[2][path]", "1", "positions of the paths that collide, then of those at surfaces; that leave",
+     NPH_EXACT, NULL},
     {"path.sample", NPH_TYPE_REAL, "[field][path]", "W/m2/sr, m, 1", "what each sample carries", NPH_STAT, NULL},
     {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_STAT, NULL},
 };

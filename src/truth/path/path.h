@@ -2,10 +2,10 @@
  *
  * truth/path: the unbiased volumetric path tracer. Its stages over a batch:
  *   1 generate   camera rays
- *   2 track      one whole free flight through every medium; the nearest collision wins
+ *   2 track      to the nearest surface; one whole free flight through every medium; the nearest collision wins
  *     emission   what media add by their own light along it
  *   3 escape     paths that leave meet the lights at infinity
- *   4 shadow     at a collision: a light sample per light, ratio tracking towards it
+ *   4 shadow     at a vertex: a light sample per light, what surfaces hide, ratio tracking towards it
  *   5 scatter    albedo, roulette, new direction; the survivors move up
  *   6 accumulate into the film's tree
  * path_replay_kernel.c tells the same story for one path, one event after another. */
