@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 typedef struct NphRenderOptions {
-    const char *method;        /* "path" */
+    const char *method;        /* "path", "light", "single" */
     int64_t samples;           /* per pixel, rounded up to 16; 0: the scene's default */
     int64_t sample_begin, sample_end; /* a range of samples instead, multiples of 16; both 0: not given */
     double target_error;       /* relative standard error of the picture's mean; 0: none. Samples double until met, up to
@@ -47,6 +47,9 @@ typedef struct NphRenderStatistics {
     double seconds, cpu_seconds;
     int64_t collisions, tentative; /* real ones; real and virtual, shadow rays included */
     int64_t nonfinite, majorant_violations, exhausted; /* each must be 0, else the run fails */
+    int64_t integrals, integrand_points; /* quadrature: how many, and points at which light was looked for */
+    int64_t unconverged;      /* of these integrals: how many did not reach their tolerance (a warning says so) */
+    double worst_residual;    /* largest estimate of their error, relative */
     NphFilmNoise noise;
     int reached;              /* target_error: 1 reached, 0 not */
     int stage_count;

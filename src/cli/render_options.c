@@ -30,7 +30,8 @@ void run_options_add(OptionTable *table, RunOptions *run) {
     run->method = "path";
     run->precision = "f32";
     option_add(table, (Option){.name = "method", .letter = 'm', .kind = OPTION_TEXT, .target = &run->method,
-                               .value_name = "M", .meaning = "path, the unbiased path tracer (default)"});
+                               .value_name = "M", .meaning = "path, the unbiased path tracer (default); light, light tracing; single, light "
+                                          "scattered at most once, by quadrature"});
     option_add(table, (Option){.name = "define", .letter = 'D', .kind = OPTION_LIST, .target = &run->knobs,
                                .value_name = "K=V", .meaning = "turns a knob; `nephos plan --knobs` lists them"});
     add_sampling(table, run);

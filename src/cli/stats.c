@@ -46,6 +46,10 @@ void stats_run(NphJson *json, const char *key, const NphRenderStatistics *run) {
     nph_json_number(json, "cpu_seconds", run->cpu_seconds);
     nph_json_integer(json, "collisions", run->collisions);
     nph_json_integer(json, "tentative_collisions", run->tentative);
+    nph_json_integer(json, "integrals", run->integrals);
+    nph_json_integer(json, "integrand_points", run->integrand_points);
+    nph_json_integer(json, "unconverged_integrals", run->unconverged);
+    nph_json_number(json, "worst_residual", run->worst_residual);
     nph_json_integer(json, "nonfinite", run->nonfinite);
     nph_json_integer(json, "majorant_violations", run->majorant_violations);
     nph_json_boolean(json, "target_error_reached", run->reached);

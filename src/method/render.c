@@ -111,6 +111,10 @@ static NphStatus render_job(const NphMethod *method, const NphJob *job, const Np
     NphStatus status = run_passes(method, state, job, options, film, &statistics->reached);
     if (status == NPH_OK || status == NPH_INTERRUPTED) {
         fill_statistics(method, state, film, statistics);
+        if (statistics->unconverged)
+            nph_warn(job->context, "%lld of %lld integrals did not reach their tolerance; the largest estimate of an error "
+                     "is %.2g of the integral", (long long)statistics->unconverged, (long long)statistics->integrals,
+                     statistics->worst_residual);
         NphStatus numbers = check_numbers(job->context, film, statistics);
         if (numbers != NPH_OK) status = numbers;
     }
