@@ -19,13 +19,17 @@
  * MEDIA. extinction(x) = density(x) * extinction_per_m, along metres of the WORLD: scaling a volume changes its size and
  * with it its optical depth, not its extinction. scattering = albedo * extinction. Where media overlap, coefficients add.
  *
+ * SURFACES are opaque and reflect diffusely (Lambert) on both sides: albedo is the reflected part of the light, and the order
+ * of a triangle's corners makes no difference.
+ *
  * VOLUMES. Arrays are in C order with the axes z, y, x: a[k][j][i], x fastest; tuples are written x, y, z and indices
  * i, j, k. Sample (i, j, k) stands at the lattice point (i, j, k) of its grid; a voxel is the cube of edge 1 around it, so
  * its lower corner is i - 1/2. docs/volumes.md has the drawing and says what lies between and beyond the samples.
  *
  * PICTURES. Row 0 is the top row, x runs to the right, y downwards. Pixel (x, y) is the square [x, x + 1) x [y, y + 1);
  * its value is the mean over it. Crops are x0, y0, x1, y1 with x1 and y1 outside. R, G, B are all the light that arrives,
- * that of a sky seen through the media included; A = 1 - mean transmittance of the media.
+ * that of a sky seen through the media included; A = 1 - mean transmittance of the media, 1 behind a
+ * surface.
  *
  * UNITS. extinction 1/m; radiance W/m2/sr; irradiance W/m2, on a plane that faces the sun; intensity of a point W/sr; all
  * per channel. The three channels are R, G, B, carried one by one; the library knows no colour space but luminance.

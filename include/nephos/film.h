@@ -22,8 +22,8 @@ NphStatus nph_film_set_text(NphContext *context, NphFilm *film, const char *name
 
 /* The picture: R G B A (A = 1 - mean transmittance over channels), Variance.R/G/B (of the mean), Vov.R/G/B (relative
  * variance of that variance), N (samples), Transmittance.R/G/B, Order.Y (radiance-weighted mean scattering order; 0
- * where there is no light), Z (mean distance of the first collision; 0 where there is none). Pixels without samples are 0
- * in every layer. Where pixels share samples (light tracing, photon maps) also Variance8, Vov8, Variance64, Vov64,
+ * where there is no light), Z (mean distance of the first collision or surface; 0 where there is none). Pixels without
+ * samples are 0 in every layer. Where pixels share samples (light tracing, photon maps) also Variance8, Vov8, Variance64, Vov64,
  * VarianceImage and VovImage (.R/G/B): of the mean of the 8 x 8 tile, the 64 x 64 tile and the image that hold a pixel.
  * Attributes: the film's texts, "samples", and "samples_least" when pixels differ in it. */
 NphStatus nph_film_image(NphContext *context, const NphFilm *film, NphImage *image);

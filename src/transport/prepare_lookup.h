@@ -197,15 +197,18 @@ static inline void r_prepare_reach(const NphMedium *medium, const RScene *scene,
 
 /* The box that camera rays are moved to. A layer fills x and y without end; planes are looked at by themselves. */
 static inline void r_prepare_bounds(const NphScene *scene, RScene *out) {
-    double lo[3], hi[3];
+    double lo[3], hi[3], room = 0.0;
     int layers = 0;
     for (int m = 0; m < scene->medium_count; m++) layers |= scene->media[m].shape == NPH_SHAPE_LAYER;
     nph_scene_bounds(scene, lo, hi);
+    /* faces may lie in the sides of that box: rays stop before it, by more than f32 loses there */
+    for (int a = 0; a < 3 && scene->bvh.nodes; a++)
+        room = hi[a] - lo[a] > room * 0x1p16 ? (hi[a] - lo[a]) * 0x1p-16 : room;
     for (int a = 0; a < 3; a++) {
         int repeats = a < 2 && scene->period.on[a];
         int bounded = !repeats && lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END && (a == 2 || !layers);
-        out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] : -2.0 * R_NO_END;
-        out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] : 2.0 * R_NO_END;
+        out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] - room : -2.0 * R_NO_END;
+        out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] + room : 2.0 * R_NO_END;
     }
 }
 
