@@ -105,6 +105,8 @@ static const char *const scenes[] = {
              "  - {box: [[0.2, 0, 0], [0.5, 0.3, 1]], extinction: [5, 0, 2], albedo: [0.9, 0, 1], phase: {type: rayleigh},\n"
              "     transform: [{rotate: {axis: [0, 0, 1], angle: 20}}]}\n  - {layer: [0.3, 0.6], extinction: 0.1}\n"
              "lights:\n  - {type: sun, elevation: 9, azimuth: 33, irradiance: 3}\n",
+    PERIODIC "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 8, albedo: 0.95, transform: [{scale: 0.4}, {translate: [0.5, 0.4, 0.5]}]}\n"
+             "surfaces:\n  - {plane: 0.2, albedo: 0.7}\nlights:\n  - {type: sun, elevation: 20, azimuth: 33, irradiance: 3}\n",
     PERIODIC "  - {box: [[0.2, 0, 0], [0.5, 0.3, 1]], extinction: 5, albedo: 0.9, transform: [{rotate: {axis: [0, 0, 1], angle: 20}}]}\n"
              "lights:\n  - {type: sun, elevation: 9, azimuth: 33, irradiance: 3}\n",
 };
