@@ -4,7 +4,8 @@
  * cover the truth 95% of the time; and the root mean square error falls as samples^-1/2. The truth of the first is the mean of all
  * repeats (whose own error widens nothing: 1 / repeats of a variance), of the second a picture of many samples.
  *
- *   NEPHOS_REPEATS=4000 test_confidence     the numbers of docs/accuracy.md; the suite takes 100 */
+ *   NEPHOS_REPEATS=4000 test_confidence     the numbers of docs/accuracy.md; the suite takes 100
+ *   NEPHOS_METHOD=light test_confidence     the cases of that method alone */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,7 @@ typedef struct Case {
     int64_t samples;
 } Case;
 
-#define CAMERA "camera: {type: perspective, resolution: [32, 32], position: [-1.5, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 35}\n"
+#define CAMERA "camera: {type: perspective, resolution: [%s], position: [-1.5, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 35}\n"
 #define CUBE "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 4, albedo: 1, phase: {type: hg, g: %s}}\n"
 #define SUN "lights:\n  - {type: sun, direction: [-1, 0, 0], irradiance: 3.141592653589793}\n"
 #define FLUX "camera: {type: flux, resolution: [16, 16], position: [0, 0, %s], direction: [0, 0, %s], up: [0, 1, 0], extent: 1}\n"
@@ -32,8 +33,10 @@ static const Case cases[] = {
     {"cube g 0.7", "path", "nephos: 1\n" CAMERA CUBE SUN, 32, 32, 1024},
     {"slab, reflected", "path", "nephos: 1\n" FLUX SLAB OVERHEAD, 16, 16, 64},
     {"slab, transmitted", "path", "nephos: 1\n" FLUX SLAB OVERHEAD, 16, 16, 64},
+    {"cube g 0.7", "light", "nephos: 1\n" CAMERA CUBE SUN, 16, 16, 256},
+    {"slab, reflected", "light", "nephos: 1\n" FLUX SLAB OVERHEAD, 16, 16, 64},
 };
-static const char *const words[][2] = {{"0", ""}, {"0.7", ""}, {"2", "-1"}, {"-1", "1"}};
+static const char *const words[][2] = {{"32, 32", "0"}, {"32, 32", "0.7"}, {"2", "-1"}, {"-1", "1"}, {"16, 16", "0.7"}, {"2", "-1"}};
 enum { CASES = sizeof cases / sizeof cases[0] };
 
 static const char *scene_of(int i) { return render_text(cases[i].scene, words[i][0], words[i][1]); }
@@ -54,6 +57,9 @@ static Tiles tiles_of(const RenderCase *render, int size) {
     tiles.variance = tiles.mean + tiles.count;
     tiles.spread = tiles.variance + tiles.count;
     int pixels = image->width * image->height / tiles.count;
+    /* where pixels share samples the tile's own variance stands in all of its pixels */
+    const NphChannel *shared = nph_image_channel(image, size == 8 ? "Variance8.G" : "VarianceImage.G");
+    const NphChannel *shared_vov = nph_image_channel(image, size == 8 ? "Vov8.G" : "VovImage.G");
     for (int i = 0; i < image->width * image->height; i++) {
         int t = i / image->width / size * tiles.across + i % image->width / size;
         double n = (double)nph_image_channel(image, "N")->pixels[i], least = 2.0 / (n - 1.0);
@@ -61,6 +67,10 @@ static Tiles tiles_of(const RenderCase *render, int size) {
         tiles.mean[t] += (double)value[i] / pixels;
         tiles.variance[t] += pixel / pixels / pixels;
         tiles.spread[t] += o * pixel * pixel / pixels / pixels / pixels / pixels;
+        if (!shared) continue;
+        double variance = (double)shared->pixels[i], relative = (double)shared_vov->pixels[i];
+        tiles.variance[t] = variance;
+        tiles.spread[t] = variance * variance * (relative > least ? relative : least);
     }
     return tiles;
 }
@@ -89,6 +99,11 @@ static Counted count_intervals(const Tiles *repeats, int count) {
     return counted;
 }
 
+static int method_wanted(const char *method) {
+    const char *only = getenv("NEPHOS_METHOD");
+    return !only || strcmp(only, method) == 0;
+}
+
 static int repeats_wanted(void) {
     const char *text = getenv("NEPHOS_REPEATS");
     int repeats = text ? atoi(text) : 100;
@@ -96,7 +111,7 @@ static int repeats_wanted(void) {
 }
 
 START_TEST(intervals_of_image_and_tiles_cover_the_mean_as_often_as_they_say) {
-    if (!nph_test_statistics("coverage of intervals")) return;
+    if (!method_wanted(cases[_i].method) || !nph_test_statistics("coverage of intervals")) return;
     static const int sizes[] = {64, 8};
     int repeats = repeats_wanted();
     const Case *c = &cases[_i];
@@ -128,16 +143,16 @@ END_TEST
 /* Least squares of log RMSE against log samples, every level with as many samples in all; the truth's own variance is taken
  * off. The last level has 1024 or 256 pixels (times repeats / 100): its RMSE is known to 3 or 5%, the slope to 0.006 or 0.01. */
 START_TEST(the_error_falls_with_the_square_root_of_samples) {
-    if (!nph_test_statistics("convergence")) return;
+    if (!method_wanted(cases[_i].method) || !nph_test_statistics("convergence")) return;
     enum { LEVELS = 4 };
     static const int64_t samples[LEVELS] = {16, 64, 256, 1024};
     const Case *c = &cases[_i];
     int repeats = repeats_wanted(), pixels = c->width * c->height, times = repeats / 100 > 0 ? repeats / 100 : 1;
     RenderCase truth;
     NphRenderOptions options = render_options((c->width == 32 ? 32768 : 65536) * (int64_t)(times > 4 ? 4 : times), 32);
-    options.method = c->method;
     options.seed_given = 1;
     options.seed = 7;
+    options.method = "path"; /* for light too: the truth shares nothing with it */
     render_case(&truth, scene_of(_i), &options, 0);
     const float *right = nph_image_channel(&truth.image, "G")->pixels, *doubt = nph_image_channel(&truth.image, "Variance.G")->pixels;
     double sx = 0, sy = 0, sxx = 0, sxy = 0, rmse[LEVELS];
@@ -147,6 +162,7 @@ START_TEST(the_error_falls_with_the_square_root_of_samples) {
         for (int k = 0; k < pictures; k++) {
             RenderCase render;
             options.samples = samples[level];
+            options.method = c->method;
             options.seed = 100000u * (uint32_t)(level + 1) + (uint32_t)k;
             render_case(&render, scene_of(_i), &options, 0);
             const float *value = nph_image_channel(&render.image, "G")->pixels;
