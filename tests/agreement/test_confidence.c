@@ -4,7 +4,7 @@
  * cover the truth 95% of the time; and the root mean square error falls as samples^-1/2. The truth of the first is the mean of all
  * repeats (whose own error widens nothing: 1 / repeats of a variance), of the second a picture of many samples.
  *
- *   NEPHOS_REPEATS=4000 test_confidence     the numbers of docs/accuracy.md; the suite takes 100
+ *   NEPHOS_REPEATS=4000 test_confidence     the numbers of docs/accuracy.md; the suite takes 40
  *   NEPHOS_METHOD=light test_confidence     the cases of that method alone */
 #include <math.h>
 #include <stdio.h>
@@ -106,7 +106,7 @@ static int method_wanted(const char *method) {
 
 static int repeats_wanted(void) {
     const char *text = getenv("NEPHOS_REPEATS");
-    int repeats = text ? atoi(text) : 100;
+    int repeats = text ? atoi(text) : 40;
     return repeats > 1 ? repeats : 2;
 }
 
@@ -149,7 +149,7 @@ START_TEST(the_error_falls_with_the_square_root_of_samples) {
     const Case *c = &cases[_i];
     int repeats = repeats_wanted(), pixels = c->width * c->height, times = repeats / 100 > 0 ? repeats / 100 : 1;
     RenderCase truth;
-    NphRenderOptions options = render_options((c->width == 32 ? 32768 : 65536) * (int64_t)(times > 4 ? 4 : times), 32);
+    NphRenderOptions options = render_options((c->width == 32 ? 32768 : 16384) * (int64_t)(times > 4 ? 4 : times), 32);
     options.seed_given = 1;
     options.seed = 7;
     options.method = "path"; /* for light too: the truth shares nothing with it */
