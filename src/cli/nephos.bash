@@ -13,7 +13,7 @@ _nephos()
     case "$before" in
     --precision) mapfile -t COMPREPLY < <(compgen -W "f32 f64" -- "$word"); return ;;
     --plan) mapfile -t COMPREPLY < <(compgen -W "full" -- "$word"); return ;;
-    --method) mapfile -t COMPREPLY < <(compgen -W "path light single" -- "$word"); return ;;
+    --method) mapfile -t COMPREPLY < <(compgen -W "path light single photonmap" -- "$word"); return ;;
     esac
     case "$word" in
     -*)

@@ -9,12 +9,14 @@
 #include "core/message.h"
 #include "truth/light/light.h"
 #include "truth/path/path.h"
+#include "truth/photonmap/photonmap.h"
 #include "truth/single/single.h"
 
 static const NphMethod *const methods[] = {
     &nph_path,
     &nph_light,
     &nph_single,
+    &nph_photonmap,
 };
 
 int nph_method_count(void) { return (int)(sizeof methods / sizeof *methods); }

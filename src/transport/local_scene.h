@@ -41,6 +41,12 @@ enum {
     NPH_RNG_TRACE_SEEN = 24
 };
 
+/* Those of photon mapping. */
+enum {
+    NPH_RNG_PHOTON_EMIT = 32, NPH_RNG_PHOTON_TRACK = 33, NPH_RNG_PHOTON_SCATTER = 34, NPH_RNG_PHOTON_THIN = 35,
+    NPH_RNG_MARCH_STEP = 36, NPH_RNG_MARCH_LIGHT = 37, NPH_RNG_MARCH_SHADOW = 38
+};
+
 enum { NPH_DRAW_MEDIUM_SHIFT = 21, NPH_DRAW_LIGHT_SHIFT = 27, NPH_MAX_BLOCKS = 1 << NPH_DRAW_MEDIUM_SHIFT };
 
 /* Sides that repeat, scene-local: along an axis with size > 0 a medium, cut to [lo, lo + size], stands once a period. on: any. */
