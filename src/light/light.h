@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Lights as the scene describes them. Directions point from the scene towards the light. Each value has three channels
- * (RGB). */
+ * (RGB), or one a wavelength of the scene. */
 #ifndef NPH_LIGHT_LIGHT_H
 #define NPH_LIGHT_LIGHT_H
 
 #include "nephos/image.h"
+#include "optics/wavelengths.h"
 
 typedef enum NphLightKind { NPH_LIGHT_SUN, NPH_LIGHT_CONSTANT, NPH_LIGHT_ENVIRONMENT, NPH_LIGHT_POINT } NphLightKind;
 
@@ -34,6 +35,8 @@ typedef struct NphLight {
     double rotation_rad;     /* environment */
     double position[3];      /* point, m */
     double intensity[3];     /* point, W/sr, the same in all directions */
+    double spectrum[NPH_MAX_WAVELENGTHS]; /* where the scene has wavelengths: irradiance, radiance or intensity of each,
+                                             per nm; the three above are then its thirds (optics/wavelengths.h) */
 } NphLight;
 
 /* Builds the map from an RGB (or single channel Y) image scaled by scale. Negative values are clamped to 0 and counted

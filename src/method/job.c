@@ -74,6 +74,9 @@ NphStatus nph_job_make(NphContext *context, const NphScene *scene, const NphRend
     NphJob made = {.context = context, .scene = scene, .precision = o->precision, .plan_full = o->plan_full};
     const NphMethod *found = NULL;
     NPH_TRY(nph_method_find(context, o->method ? o->method : "path", &found));
+    if (nph_scene_is_spectral(scene) && !found->takes_wavelengths)
+        return nph_error(context, NPH_BAD_USAGE, "method %s does not render wavelengths, and %s has %d; path does",
+                         found->name, scene->name, scene->wavelength_count);
     if (o->precision != 32 && o->precision != 64)
         return nph_error(context, NPH_BAD_USAGE, "precision: f32 and f64 exist, not %d bits", o->precision);
     if (!(o->target_error >= 0.0) || !(o->time_budget_s >= 0.0))

@@ -29,6 +29,7 @@ typedef struct NphMethod {
     int knob_count;
     const NphStage *stages;
     int stage_count;
+    int takes_wavelengths; /* it renders scenes of several wavelengths; else they are refused */
     int shares_samples; /* a sample is one image: its pixels are not independent (film.h) */
     const NphBuffer *buffers;
     int buffer_count;

@@ -56,6 +56,7 @@ typedef struct NphMedium {
     double world_from_medium[12]; /* row-major 3x4; medium space is lattice space for a grid */
     double extinction_per_m[3];   /* per unit of density */
     double albedo[3];             /* in [0, 1] */
+    double extinction_spectrum[NPH_MAX_WAVELENGTHS], albedo_spectrum[NPH_MAX_WAVELENGTHS]; /* see wavelength_count */
     NphPhase phase;
     NphEmission emission;
     char *unmodelled;             /* a grid of flames or temperatures in its file that no medium emits from; or NULL */
@@ -68,6 +69,7 @@ typedef struct NphSurface {
     double height_m;
     NphMesh mesh;     /* world space */
     double albedo[3]; /* in [0, 1] */
+    double albedo_spectrum[NPH_MAX_WAVELENGTHS];
 } NphSurface;
 
 /* Sides that repeat: everything is cut to [lo, hi] along the axes that are on (x, y) and stands there once a period. */
@@ -84,6 +86,9 @@ struct NphScene {
     NphMedium media[NPH_MAX_MEDIA];
     NphLight lights[NPH_MAX_LIGHTS];
     NphSurface surfaces[NPH_MAX_SURFACES];
+    int wavelength_count;               /* 0: channels are R, G, B. Else values of media, lights and surfaces are spectra,
+                                           an entry a wavelength, and their RGB is the spectra's thirds */
+    double wavelengths_nm[NPH_MAX_WAVELENGTHS]; /* rising */
     NphBvh bvh;                         /* of all meshes, in the order of surfaces, about nph_scene_origin; no nodes: none */
     int64_t default_spp;                /* render: section; overridden by the command line */
     uint32_t default_seed;
@@ -91,6 +96,12 @@ struct NphScene {
                                            files; names, paths, comments, order of keys, defaults written out or not,
                                            and the render: section (part of a run, not of the scene) do not enter */
 };
+
+/* 1 where channels are wavelengths that become a colour: two at least. One alone makes a grey picture of its radiance. */
+static inline int nph_scene_is_spectral(const NphScene *scene) { return scene->wavelength_count > 1; }
+
+/* Out: three channels of a group of wavelengths (optics/wavelengths.h) from a spectrum; without wavelengths rgb itself. */
+void nph_scene_channels(const NphScene *scene, int group, const double rgb[3], const double *spectrum, double out[3]);
 
 /* Bounding box in world space of all media, what they emit, and surfaces, that have one (layers and planes count in z
  * only); lo > hi when there is none. */

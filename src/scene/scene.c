@@ -51,6 +51,7 @@ static NphStatus read_sections(NphSceneReader *reader) {
     NphSceneSection scene;
     const NphSceneValue *value;
     if (!nph_section_read(reader, yaml_document_get_root_node(&reader->document), "scene", &scene)) return NPH_OK;
+    nph_scene_read_wavelengths(reader, &scene);
     if ((value = nph_section_value(&scene, "camera"))) nph_scene_read_camera(reader, value->node);
     if ((value = nph_section_value(&scene, "media"))) NPH_TRY(nph_scene_read_media(reader, value->node));
     if ((value = nph_section_value(&scene, "lights"))) NPH_TRY(nph_scene_read_lights(reader, value->node));

@@ -154,11 +154,26 @@ static void put_surface(Digest *digest, const NphSurface *surface) {
         put_doubles(digest, mesh->vertices_m + 3 * (int64_t)mesh->triangles[i], 3);
 }
 
+/* A scene without wavelengths has the digest of one that knows none. */
+static void put_wavelengths(Digest *digest, const NphScene *scene) {
+    int count = scene->wavelength_count;
+    if (count == 0) return;
+    put_int(digest, count);
+    put_doubles(digest, scene->wavelengths_nm, count);
+    for (int m = 0; m < scene->medium_count; m++) {
+        put_doubles(digest, scene->media[m].extinction_spectrum, count);
+        put_doubles(digest, scene->media[m].albedo_spectrum, count);
+    }
+    for (int l = 0; l < scene->light_count; l++) put_doubles(digest, scene->lights[l].spectrum, count);
+    for (int s = 0; s < scene->surface_count; s++) put_doubles(digest, scene->surfaces[s].albedo_spectrum, count);
+}
+
 NphStatus nph_scene_digest(NphContext *context, NphScene *scene) {
     Digest digest = {0};
     digest.state = XXH3_createState();
     if (!digest.state) return nph_error(context, NPH_NO_MEMORY, "out of memory: state of the scene's digest");
     XXH3_128bits_reset(digest.state);
+    put_wavelengths(&digest, scene);
     put_sensor(&digest, &scene->sensor);
     put_period(&digest, &scene->period);
     put_int(&digest, scene->medium_count);

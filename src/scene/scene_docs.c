@@ -66,6 +66,7 @@ static const char *type_text(NphKeyType type) {
     case NPH_KEY_NUMBER: return "number";
     case NPH_KEY_WHOLE: return "whole number";
     case NPH_KEY_RGB: return "number or [r, g, b]";
+    case NPH_KEY_SPECTRUM: return "list of numbers";
     case NPH_KEY_FACTORS: return "number or [x, y, z]";
     case NPH_KEY_VECTOR: return "[x, y, z]";
     case NPH_KEY_RESOLUTION: return "[width, height]";

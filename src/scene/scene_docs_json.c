@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "optics/wavelengths.h"
 #include "scene/scene_keys.h"
 
 static void put_size(NphJson *json, int count) {
@@ -50,6 +51,14 @@ static void put_tuple(NphJson *json, const NphSceneKey *row) {
     put_number(json, "items", row, whole ? "integer" : "number");
 }
 
+/* 1 to 60 numbers. */
+static void put_list(NphJson *json, const NphSceneKey *row) {
+    nph_json_text(json, "type", "array");
+    nph_json_number(json, "minItems", 1);
+    nph_json_number(json, "maxItems", NPH_MAX_WAVELENGTHS);
+    put_number(json, "items", row, "number");
+}
+
 /* The members that say which values a key takes. */
 static void put_value(NphJson *json, const NphSceneKey *row) {
     switch (row->type) {
@@ -59,7 +68,15 @@ static void put_value(NphJson *json, const NphSceneKey *row) {
         nph_json_number(json, "minimum", row->min);
         nph_json_number(json, "maximum", row->max);
         break;
-    case NPH_KEY_RGB:
+    case NPH_KEY_SPECTRUM: put_list(json, row); break;
+    case NPH_KEY_RGB: /* with wavelengths a list is as long as theirs */
+        nph_json_array(json, "anyOf");
+        put_number(json, NULL, row, "number");
+        nph_json_object(json, NULL);
+        put_list(json, row);
+        nph_json_close(json);
+        nph_json_close(json);
+        break;
     case NPH_KEY_FACTORS:
         nph_json_array(json, "anyOf");
         put_number(json, NULL, row, "number");

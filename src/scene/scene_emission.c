@@ -87,6 +87,9 @@ NphStatus nph_scene_read_emission(NphSceneReader *reader, const NphSceneValue *v
     NphSceneEmission *out = &reader->emissions[index];
     int before = reader->mistakes;
     if (!nph_section_read(reader, value->node, "emission", &section) || reader->mistakes > before) return NPH_OK;
+    if (reader->scene->wavelength_count > 0)
+        nph_scene_mistake(reader, section.place, "emission does not go with wavelengths yet; give R, G, B");
+    if (reader->scene->wavelength_count > 0) return NPH_OK;
     if (!check_section(reader, &section, &reader->volumes[index], medium->shape == NPH_SHAPE_GRID)) return NPH_OK;
     const NphSceneValue *radiance = nph_section_value(&section, "radiance");
     out->place = section.place;

@@ -160,8 +160,10 @@ static void check_grid(NphSceneReader *reader, const NphSceneFile *file, NphMedi
         return;
     }
     nph_scene_check_reach(reader, file->place, medium);
-    for (int i = 0; i < 3; i++) {
-        double extinction = medium->extinction_per_m[i] * (double)medium->grid.max;
+    int count = reader->scene->wavelength_count;
+    for (int i = 0; i < (count > 0 ? count : 3); i++) {
+        double value = count > 0 ? medium->extinction_spectrum[i] : medium->extinction_per_m[i];
+        double extinction = value * (double)medium->grid.max;
         if (extinction <= MOST_PER_M) continue;
         nph_scene_mistake(reader, file->extinction_place,
                           "extinction times the volume's largest density, %s, is %s 1/m; "
@@ -198,7 +200,9 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;
+        int bad = reader->bad_inputs;
         NPH_TRY(nph_scene_note(reader, file, "environment map", load_map(reader->context, file, &scene->lights[i].map)));
+        if (reader->bad_inputs == bad) nph_scene_check_map(reader, file, &scene->lights[i].map);
     }
     return nph_scene_load_meshes(reader);
 }

@@ -15,7 +15,8 @@
 typedef enum NphKeyType {
     NPH_KEY_NUMBER,     /* one number */
     NPH_KEY_WHOLE,      /* one whole number */
-    NPH_KEY_RGB,        /* one number or three, one a channel */
+    NPH_KEY_RGB,        /* one number or three, one a channel; where there are wavelengths one number or one for each */
+    NPH_KEY_SPECTRUM,   /* wavelengths: 1 to 60 rising numbers */
     NPH_KEY_FACTORS,    /* one number or three, one an axis */
     NPH_KEY_VECTOR,     /* [x, y, z] */
     NPH_KEY_RESOLUTION, /* [width, height] */

@@ -79,6 +79,11 @@ const int nph_scene_rule_count = (int)(sizeof nph_scene_rules / sizeof nph_scene
 const NphSceneKey nph_scene_keys[] = {
     {"scene", "nephos", NPH_KEY_WHOLE, 1, 1, "", NULL, REQUIRED, NULL, "Version of this format."},
     {"scene", "camera", NPH_KEY_SECTION, 0, 0, "", "camera", REQUIRED, NULL, "The camera or flux sensor."},
+    {"scene", "wavelengths", NPH_KEY_SPECTRUM, 360, 830, "nm", NULL, NULL, NULL,
+     "Instead of R, G, B: 1 to 60, rising. Values with channels take one number or one for each of them; lights are per "
+     "nanometre. The picture is linear R, G, B (Rec. 709) by the CIE 1931 observer, negative where Rec. 709 lacks a colour; "
+     "a spectrum of value 1 has luminance 1. One alone: its radiance in grey. Environment maps must be grey; emission is "
+     "refused. See path.md."},
     {"scene", "media", NPH_KEY_LIST, 0, 64, "", "medium", NULL, NULL, "The media; none: empty space."},
     {"scene", "lights", NPH_KEY_LIST, 0, 32, "", "light", NULL, NULL, "The lights; none: darkness."},
     {"scene", "surfaces", NPH_KEY_LIST, 0, 64, "", "surface", NULL, NULL, "The surfaces; none: nothing but media."},

@@ -37,7 +37,7 @@ static void read_sun(NphSceneReader *reader, const NphSceneSection *section, Nph
     const NphSceneValue *irradiance = nph_section_value(section, "irradiance");
     const NphSceneValue *diameter = nph_section_value(section, "angular_diameter");
     read_sun_direction(reader, section, light);
-    copy3(light->irradiance, irradiance);
+    if (irradiance) nph_scene_take_rgb(reader, irradiance, light->irradiance, light->spectrum);
     if (!diameter || diameter->number[0] == 0) return;
     if (diameter->number[0] < SMALLEST_SUN_DEGREES) {
         nph_scene_mistake(reader, diameter->place, "angular_diameter is below 0.001 degrees; use 0 for parallel light");
@@ -46,8 +46,9 @@ static void read_sun(NphSceneReader *reader, const NphSceneSection *section, Nph
     double sine, cosine;
     light->half_angle_rad = diameter->number[0] * (PI / 360);
     nph_sincos2pi(diameter->number[0] / 720, &sine, &cosine);
-    for (int i = 0; i < 3 && irradiance; i++) {
-        if (light->irradiance[i] <= MOST_RADIANCE * PI * sine * sine) continue;
+    int channels = reader->scene->wavelength_count > 0 ? reader->scene->wavelength_count : 3;
+    for (int i = 0; i < channels && irradiance; i++) {
+        if (irradiance->number[i] <= MOST_RADIANCE * PI * sine * sine) continue;
         nph_scene_mistake(reader, irradiance->place,
                           "irradiance gives a disc this small a radiance beyond 1e35 W/m2/sr");
         return;
@@ -57,7 +58,14 @@ static void read_sun(NphSceneReader *reader, const NphSceneSection *section, Nph
 static NphStatus read_environment(NphSceneReader *reader, const NphSceneSection *section, NphLight *light,
                                   NphSceneFile *map) {
     const NphSceneValue *rotation = nph_section_value(section, "rotation"), *file = nph_section_value(section, "file");
-    copy3(map->scale, nph_section_value(section, "scale"));
+    const NphSceneValue *scale = nph_section_value(section, "scale");
+    copy3(map->scale, scale);
+    for (int i = 1; i < reader->scene->wavelength_count && scale; i++) {
+        if (scale->number[i] == scale->number[0]) continue;
+        nph_scene_mistake(reader, scale->place, "with wavelengths the scale of a map is one number: maps have no spectrum");
+        break;
+    }
+    if (reader->scene->wavelength_count > 0) map->scale[1] = map->scale[2] = map->scale[0];
     if (rotation) light->rotation_rad = rotation->number[0] * (PI / 180);
     if (!file) return NPH_OK;
     map->place = file->place;
@@ -71,20 +79,22 @@ static NphStatus read_light(NphSceneReader *reader, const yaml_node_t *node, int
     snprintf(name, sizeof name, "light%d", index);
     NPH_TRY(nph_strdup(reader->context, name, &light->name));
     if (!nph_section_read(reader, node, "light", &section) || section.variant_unknown) return NPH_OK;
-    const NphSceneValue *type = nph_section_value(&section, "type"), *hemisphere;
+    const NphSceneValue *type = nph_section_value(&section, "type"), *hemisphere, *value;
     if (!type) return NPH_OK;
     light->kind = (NphLightKind)type->word;
     switch (light->kind) {
     case NPH_LIGHT_SUN: read_sun(reader, &section, light); break;
     case NPH_LIGHT_CONSTANT:
-        copy3(light->radiance, nph_section_value(&section, "radiance"));
+        if ((value = nph_section_value(&section, "radiance")))
+            nph_scene_take_rgb(reader, value, light->radiance, light->spectrum);
         hemisphere = nph_section_value(&section, "hemisphere");
         if (hemisphere) light->hemisphere = hemisphere->word == 0 ? 0 : hemisphere->word == 1 ? 1 : -1;
         break;
     case NPH_LIGHT_ENVIRONMENT: return read_environment(reader, &section, light, &reader->maps[index]);
     case NPH_LIGHT_POINT:
         copy3(light->position, nph_section_value(&section, "position"));
-        copy3(light->intensity, nph_section_value(&section, "intensity"));
+        if ((value = nph_section_value(&section, "intensity")))
+            nph_scene_take_rgb(reader, value, light->intensity, light->spectrum);
         break;
     }
     return NPH_OK;

@@ -76,18 +76,21 @@ static void read_coefficients(NphSceneReader *reader, const NphSceneSection *sec
     const NphSceneValue *absorption = nph_section_value(section, "absorption");
     if (section->chosen[1] == 0 && extinction && albedo) {
         volume->extinction_place = extinction->place;
-        memcpy(medium->extinction_per_m, extinction->number, sizeof medium->extinction_per_m);
-        memcpy(medium->albedo, albedo->number, sizeof medium->albedo);
+        nph_scene_take_rgb(reader, extinction, medium->extinction_per_m, medium->extinction_spectrum);
+        nph_scene_take_rgb(reader, albedo, medium->albedo, medium->albedo_spectrum);
     } else if (section->chosen[1] == 1 && scattering && absorption) {
         volume->extinction_place = scattering->given ? scattering->place : absorption->place;
-        for (int i = 0; i < 3; i++) {
-            double sum = scattering->number[i] + absorption->number[i];
-            medium->extinction_per_m[i] = sum;
-            medium->albedo[i] = sum > 0 ? scattering->number[i] / sum : 1;
-            if (sum <= MOST_PER_M) continue;
+        NphSceneValue sum = *scattering, share = *scattering;
+        int channels = reader->scene->wavelength_count > 0 ? reader->scene->wavelength_count : 3;
+        for (int i = 0; i < channels; i++) {
+            sum.number[i] = scattering->number[i] + absorption->number[i];
+            share.number[i] = sum.number[i] > 0 ? scattering->number[i] / sum.number[i] : 1;
+            if (sum.number[i] <= MOST_PER_M) continue;
             nph_scene_mistake(reader, volume->extinction_place, "scattering + absorption exceed 1e9 1/m");
             break;
         }
+        nph_scene_take_rgb(reader, &sum, medium->extinction_per_m, medium->extinction_spectrum);
+        nph_scene_take_rgb(reader, &share, medium->albedo, medium->albedo_spectrum);
     }
 }
 

@@ -56,6 +56,7 @@ typedef struct NphSceneReader {
     int has_document;
     int mistakes;   /* in the scene */
     int bad_inputs; /* in files it names */
+    int unsure;     /* the wavelengths are wrong: lists of any length go for RGB */
     NphSceneFile volumes[NPH_MAX_MEDIA], phases[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
     NphSceneEmission emissions[NPH_MAX_MEDIA];
@@ -66,7 +67,8 @@ typedef struct NphSceneValue {
     int given; /* written in the file */
     int valid; /* usable: written and right, or the default */
     NphScenePlace place;
-    double number[12];  /* rgb and factors are always three */
+    double number[NPH_MAX_WAVELENGTHS]; /* factors are always three; rgb too, or as many as there are wavelengths */
+    int count;          /* of a list of wavelengths */
     int word;           /* index into the key's words */
     const char *text;
     const yaml_node_t *node;
@@ -101,6 +103,12 @@ int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_no
 void nph_value_default(const NphSceneKey *key, NphSceneValue *value);
 /* 1 for an empty value or null. */
 int nph_node_is_null(const yaml_node_t *node);
+
+/* scene_wavelengths.c: the wavelengths key, taken before all others; what an RGB key says, as three numbers and, where
+ * there are wavelengths, as a spectrum; what does not go with them. */
+void nph_scene_read_wavelengths(NphSceneReader *reader, const NphSceneSection *scene);
+void nph_scene_take_rgb(const NphSceneReader *reader, const NphSceneValue *value, double rgb[3], double *spectrum);
+void nph_scene_check_map(NphSceneReader *reader, const NphSceneFile *file, const NphEnvironment *map);
 
 /* scene_section.c: all keys of a mapping; 0 when it is no mapping. Mistakes within leave values invalid. */
 int nph_section_read(NphSceneReader *reader, const yaml_node_t *node, const char *name, NphSceneSection *section);

@@ -50,7 +50,7 @@ static NphStatus read_surface(NphSceneReader *reader, const yaml_node_t *node, i
     NPH_TRY(read_name(reader, &section, index));
     if (!whole) return NPH_OK;
     const NphSceneValue *albedo = nph_section_value(&section, "albedo"), *plane = nph_section_value(&section, "plane");
-    if (albedo) memcpy(surface->albedo, albedo->number, sizeof surface->albedo);
+    if (albedo) nph_scene_take_rgb(reader, albedo, surface->albedo, surface->albedo_spectrum);
     if (section.chosen[0] == 0) return read_mesh(reader, &section, index);
     surface->is_plane = 1;
     if (section.chosen[0] == 1 && plane) surface->height_m = plane->number[0];

@@ -21,6 +21,7 @@ static const char *shape_of(NphKeyType type) {
     case NPH_KEY_NUMBER: return "a number";
     case NPH_KEY_WHOLE: return "a whole number";
     case NPH_KEY_RGB: return "a number or three, [r, g, b]";
+    case NPH_KEY_SPECTRUM: return "a list of 1 to 60 numbers";
     case NPH_KEY_FACTORS: return "a number or three, [x, y, z]";
     case NPH_KEY_VECTOR: return "three numbers, [x, y, z]";
     case NPH_KEY_RESOLUTION: return "two whole numbers, [width, height]";
@@ -147,6 +148,50 @@ static int read_box(NphSceneReader *reader, const NphSceneKey *key, const yaml_n
     return right && check_rising(reader, key, node, corners, corners + 3, 3);
 }
 
+/* The numbers of a list of any length that fits. */
+static int read_list(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
+    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(reader, key, node);
+    yaml_node_item_t *items = node->data.sequence.items.start;
+    int given = (int)(node->data.sequence.items.top - items);
+    if (given < 1 || given > NPH_MAX_WAVELENGTHS) {
+        nph_scene_mistake(reader, nph_node_place(node), "%s has %d entries; expected a list of 1 to %d numbers", key->key,
+                          given, (int)NPH_MAX_WAVELENGTHS);
+        return 0;
+    }
+    value->count = given;
+    return read_numbers(reader, key, node, given, value->number);
+}
+
+static int read_rising(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
+    if (!read_list(reader, key, node, value)) return 0;
+    for (int i = 1; i < value->count; i++) {
+        if (value->number[i - 1] < value->number[i]) continue;
+        yaml_node_t *entry = yaml_document_get_node(&reader->document, node->data.sequence.items.start[i]);
+        char quote[NPH_QUOTE_BYTES];
+        nph_scene_mistake(reader, nph_node_place(entry), "%s: %s does not lie above the one before", key->key,
+                          nph_node_quote(entry, quote));
+        return 0;
+    }
+    return 1;
+}
+
+/* One number for all channels, or one for each: three, or as many as there are wavelengths. */
+static int read_channels(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
+    int wavelengths = reader->scene->wavelength_count;
+    if (node->type == YAML_SEQUENCE_NODE && reader->unsure) return read_list(reader, key, node, value);
+    if (node->type == YAML_SEQUENCE_NODE && wavelengths == 0) return read_numbers(reader, key, node, 3, value->number);
+    if (node->type == YAML_SEQUENCE_NODE) {
+        int given = (int)(node->data.sequence.items.top - node->data.sequence.items.start);
+        if (given == wavelengths) return read_numbers(reader, key, node, given, value->number);
+        nph_scene_mistake(reader, nph_node_place(node), "%s has %d entries; expected a number, or one for each of the %d "
+                          "wavelengths", key->key, given, wavelengths);
+        return 0;
+    }
+    if (!read_number(reader, key, node, &value->number[0])) return 0;
+    for (int i = 1; i < NPH_MAX_WAVELENGTHS; i++) value->number[i] = value->number[0];
+    return 1;
+}
+
 static int read_one_or_three(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, double *numbers) {
     if (node->type == YAML_SEQUENCE_NODE) return read_numbers(reader, key, node, 3, numbers);
     if (!read_number(reader, key, node, &numbers[0])) return 0;
@@ -214,7 +259,8 @@ int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_no
     switch (key->type) {
     case NPH_KEY_NUMBER:
     case NPH_KEY_WHOLE: right = read_number(reader, key, node, number); break;
-    case NPH_KEY_RGB:
+    case NPH_KEY_RGB: right = read_channels(reader, key, node, value); break;
+    case NPH_KEY_SPECTRUM: right = read_rising(reader, key, node, value); break;
     case NPH_KEY_FACTORS: right = read_one_or_three(reader, key, node, number); break;
     case NPH_KEY_VECTOR: right = read_numbers(reader, key, node, 3, number); break;
     case NPH_KEY_RESOLUTION: right = read_numbers(reader, key, node, 2, number); break;
@@ -250,5 +296,5 @@ void nph_value_default(const NphSceneKey *key, NphSceneValue *value) {
         if (length && count < 12) nph_parse_double_range(text + skip, text + skip + length, &value->number[count++]);
         text += skip + length;
     }
-    if (count == 1) value->number[1] = value->number[2] = value->number[0];
+    for (int i = 1; i < NPH_MAX_WAVELENGTHS && count == 1; i++) value->number[i] = value->number[0];
 }

@@ -84,7 +84,7 @@ static inline RCameraRay r_camera_start(const RScene *scene, const double p[3], 
     y -= size[1] * nph_floor((y - lo[1]) * inverse_size[1]);
     RCameraRay ray = {{(Real)x, (Real)y, (Real)(p[2] + start * d[2])},
                       {(Real)d[0], (Real)d[1], (Real)d[2]}, {(Real)p[0], (Real)p[1], (Real)p[2]}, (Real)start, R(1.0),
-                      R(-1.0), (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->channels) >> 32)};
+                      R(-1.0), (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->heroes) >> 32)};
     return ray;
 }
 

@@ -59,7 +59,7 @@ static void choose_emission(const NphScene *scene, int plan_full, NphTransportCh
 }
 
 void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoice *choice) {
-    *choice = (NphTransportChoice){.channels = 1, .film_channels = 1};
+    *choice = (NphTransportChoice){.channels = 1, .film_channels = 1, .groups = 1};
     for (int m = 0; m < scene->medium_count; m++) {
         const NphMedium *medium = &scene->media[m];
         choice->used[m] = plan_full || !medium_is_empty(medium);
@@ -74,6 +74,10 @@ void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoi
     if (plan_full) {
         choice->channels = 3;
         choice->scatters = 1;
+    }
+    if (nph_scene_is_spectral(scene)) {
+        choice->channels = 3;
+        choice->groups = nph_wavelength_groups(scene->wavelength_count);
     }
     choice->film_channels = choice->channels;
     choose_emission(scene, plan_full, choice);

@@ -10,6 +10,7 @@
 typedef struct NphTransportChoice {
     int channels;                 /* of transport: 1 when media and surfaces are grey, else 3 */
     int film_channels;            /* 1 when the lights are grey too */
+    int groups;                   /* of three wavelengths; 1 without wavelengths */
     int sampled[NPH_MAX_LIGHTS];  /* lights with a light sample at every vertex: all that are not constant or black */
     int used[NPH_MAX_MEDIA];      /* media that can change the picture */
     int emits[NPH_MAX_MEDIA];     /* media with light of their own */

@@ -109,6 +109,9 @@ typedef struct RScene {
     int chromatic;             /* the extinction of a medium differs between channels */
     int channels;              /* of transport: 1 when every medium is grey */
     int film_channels;         /* 1 when the lights are grey too */
+    int heroes;                /* what a camera ray's hero is drawn from: channels times groups */
+    int groups, spectral;      /* of wavelengths, each an RScene, one after the other; spectral: channels become R, G, B by */
+    Real rgb_from_channels[9]; /* this, times the number of groups; row-major */
     int width, height;
     uint32_t seed, frame;
     /* What an integrator may set after r_prepare_scene; until then 0, and guide -1: the plain estimators. */
@@ -148,6 +151,23 @@ static inline Real r_wrap(Real u, Real lo, Real size, Real inverse) { return u -
 static inline void r_wrap_position(const RPeriod *period, Real p[3]) {
     if (!period->on) return;
     for (int a = 0; a < 2; a++) p[a] = r_wrap(p[a], period->lo[a], period->size[a], period->inverse[a]);
+}
+
+/* A hero names a group and a channel in it. Without wavelengths there is one group. */
+static inline const RScene *r_scene_group(const RScene *first, int32_t hero) { return first + hero / 3; }
+static inline int r_hero_channel(int32_t hero) { return hero % 3; }
+
+/* What a sample's light is worth to the film: R, G, B. */
+static inline void r_film_rgb(const RScene *scene, Real light[3]) {
+    if (!scene->spectral) return;
+    const Real *m = scene->rgb_from_channels;
+    Real x = light[0], y = light[1], z = light[2];
+    for (int c = 0; c < 3; c++) light[c] = m[3 * c] * x + m[3 * c + 1] * y + m[3 * c + 2] * z;
+}
+
+/* Of a transmittance: where there are wavelengths the mean over the group's. */
+static inline void r_film_transmittance(const RScene *scene, Real T[3]) {
+    if (scene->spectral) T[0] = T[1] = T[2] = (T[0] + T[1] + T[2]) * R(0.33333333333333333);
 }
 
 static inline Real r_luminance(const Real c[3]) {

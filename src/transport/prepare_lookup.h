@@ -41,23 +41,27 @@ static inline void r_prepare_place(const double world_from[12], const double lo[
     }
 }
 
+static inline void r_medium_values(const double extinction[3], const double albedo[3], RMedium *out) {
+    double largest = 0.0;
+    for (int c = 0; c < 3; c++) largest = extinction[c] > largest ? extinction[c] : largest;
+    out->sigma_max = (Real)largest;
+    if (NPH_BUG(10)) out->sigma_max *= (Real)albedo[0];
+    for (int c = 0; c < 3; c++) {
+        out->sigma[c] = (Real)extinction[c];
+        if (NPH_BUG(10)) out->sigma[c] *= (Real)albedo[c];
+        out->ratio[c] = largest > 0.0 ? (Real)(extinction[c] / largest) : R(0.0);
+    }
+    out->collide = R(1.0);
+    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)albedo[c];
+}
+
 static inline void r_prepare_medium(const NphMedium *medium, const double origin[3], uint32_t number, RMedium *out) {
     int grid = medium->shape == NPH_SHAPE_GRID;
     out->shape = medium->shape;
     out->number = number;
     r_prepare_place(medium->world_from_medium, grid ? medium->grid.lo : medium->lo, grid ? medium->grid.hi : medium->hi,
                     origin, out);
-    double largest = 0.0;
-    for (int c = 0; c < 3; c++) largest = medium->extinction_per_m[c] > largest ? medium->extinction_per_m[c] : largest;
-    out->sigma_max = (Real)largest;
-    if (NPH_BUG(10)) out->sigma_max *= (Real)medium->albedo[0];
-    for (int c = 0; c < 3; c++) {
-        out->sigma[c] = (Real)medium->extinction_per_m[c];
-        if (NPH_BUG(10)) out->sigma[c] *= (Real)medium->albedo[c];
-        out->ratio[c] = largest > 0.0 ? (Real)(medium->extinction_per_m[c] / largest) : R(0.0);
-    }
-    out->collide = R(1.0);
-    for (int c = 0; c < 3; c++) out->albedo[c] = (Real)medium->albedo[c];
+    r_medium_values(medium->extinction_per_m, medium->albedo, out);
     out->phase = r_phase(&medium->phase);
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
@@ -94,21 +98,26 @@ static inline void r_prepare_emitter(const NphMedium *medium, const RScene *scen
 }
 
 /* A disc sun of half angle h has the radiance E / (pi sin^2 h); its cap's solid angle is 2 pi (1 - cos h). */
+static inline void r_light_values(const NphLight *light, const double value[3], RLight *out) {
+    double scale = 1.0;
+    if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0) {
+        double sine = nph_sin(light->half_angle_rad);
+        scale = NPH_BUG(17) ? 1.0 : 1.0 / (3.14159265358979323846 * sine * sine);
+    }
+    for (int c = 0; c < 3; c++) out->value[c] = (Real)(value[c] * scale);
+}
+
 static inline void r_prepare_light(const NphLight *light, const double origin[3], int sampled, RLight *out) {
     out->kind = (int)light->kind;
     out->hemisphere = light->hemisphere;
     out->sampled = sampled;
-    double scale = 1.0;
-    if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0) {
-        double sine = nph_sin(light->half_angle_rad);
+    if (light->kind == NPH_LIGHT_SUN && light->half_angle_rad > 0.0)
         out->disc = r_disc(light->direction, light->half_angle_rad);
-        scale = NPH_BUG(17) ? 1.0 : 1.0 / (3.14159265358979323846 * sine * sine);
-    }
     const double *value = light->kind == NPH_LIGHT_SUN     ? light->irradiance
                           : light->kind == NPH_LIGHT_POINT ? light->intensity
                                                            : light->radiance;
+    r_light_values(light, value, out);
     for (int c = 0; c < 3; c++) {
-        out->value[c] = (Real)(value[c] * scale);
         out->direction[c] = (Real)light->direction[c];
         out->position[c] = (Real)(light->position[c] - origin[c]);
     }
@@ -212,6 +221,14 @@ static inline void r_prepare_bounds(const NphScene *scene, RScene *out) {
     }
 }
 
+static inline void r_note_colours(RScene *out) {
+    out->chromatic = 0;
+    for (int m = 0; m < out->medium_count; m++) {
+        const Real *sigma = out->media[m].sigma;
+        out->chromatic |= (sigma[0] != sigma[1]) | (sigma[0] != sigma[2]);
+    }
+}
+
 static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoice *choice, uint32_t seed, uint32_t frame,
                                    RScene *out) {
     memset(out, 0, sizeof *out);
@@ -221,6 +238,8 @@ static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoi
     r_prepare_surfaces(scene, out->origin, &out->surfaces);
     out->channels = choice->channels;
     out->film_channels = choice->film_channels;
+    out->heroes = choice->channels * choice->groups;
+    out->groups = 1;
     out->width = scene->sensor.width;
     out->height = scene->sensor.height;
     out->seed = seed;
@@ -233,15 +252,47 @@ static inline void r_prepare_scene(const NphScene *scene, const NphTransportChoi
             r_prepare_medium(&scene->media[m], out->origin, (uint32_t)m, &out->media[out->medium_count]);
             r_prepare_reach(&scene->media[m], out, &out->media[out->medium_count++]);
         }
-    for (int m = 0; m < out->medium_count; m++) {
-        const Real *sigma = out->media[m].sigma;
-        out->chromatic |= (sigma[0] != sigma[1]) | (sigma[0] != sigma[2]);
-    }
+    r_note_colours(out);
     for (int m = 0; m < scene->medium_count; m++)
         if (choice->emits[m]) r_prepare_emitter(&scene->media[m], out, (uint32_t)m, &out->emitters[out->emitter_count++]);
     for (int l = 0; l < scene->light_count; l++)
         r_prepare_light(&scene->lights[l], out->origin, choice->sampled[l], &out->lights[l]);
     out->light_count = scene->light_count;
+}
+
+/* Three wavelengths of a spectral scene in place of the channels that r_prepare_scene took. Only what differs between
+ * groups: extinction, albedo, lights, and the way to R, G, B. */
+static inline void r_take_group(const NphScene *scene, int group, RScene *out) {
+    double a[3], b[3], matrix[9];
+    for (int m = 0; m < out->medium_count; m++) {
+        const NphMedium *medium = &scene->media[out->media[m].number];
+        nph_scene_channels(scene, group, medium->extinction_per_m, medium->extinction_spectrum, a);
+        nph_scene_channels(scene, group, medium->albedo, medium->albedo_spectrum, b);
+        r_medium_values(a, b, &out->media[m]);
+    }
+    for (int l = 0; l < out->light_count; l++) {
+        if (scene->lights[l].kind == NPH_LIGHT_ENVIRONMENT) continue; /* grey */
+        nph_scene_channels(scene, group, NULL, scene->lights[l].spectrum, a);
+        r_light_values(&scene->lights[l], a, &out->lights[l]);
+    }
+    for (int s = 0; s < out->surfaces.count; s++) {
+        nph_scene_channels(scene, group, NULL, scene->surfaces[s].albedo_spectrum, a);
+        for (int c = 0; c < 3; c++) out->surfaces.albedo[s][c] = (Real)a[c];
+    }
+    r_note_colours(out);
+    out->spectral = 1;
+    out->groups = nph_wavelength_groups(scene->wavelength_count);
+    nph_wavelength_matrix(scene->wavelengths_nm, scene->wavelength_count, group, matrix);
+    for (int i = 0; i < 9; i++) out->rgb_from_channels[i] = (Real)(matrix[i] * (double)out->groups);
+}
+
+/* All groups (choice->groups of them), one after another. */
+static inline void r_prepare_groups(const NphScene *scene, const NphTransportChoice *choice, uint32_t seed, uint32_t frame,
+                                    RScene *out) {
+    for (int g = 0; g < choice->groups; g++) {
+        r_prepare_scene(scene, choice, seed, frame, &out[g]);
+        if (nph_scene_is_spectral(scene)) r_take_group(scene, g, &out[g]);
+    }
 }
 
 #endif

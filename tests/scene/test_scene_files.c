@@ -427,6 +427,20 @@ START_TEST(an_environment_map_is_scaled_and_turned_as_the_scene_says) {
 }
 END_TEST
 
+START_TEST(a_map_with_colours_does_not_go_with_wavelengths) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene;
+    char text[2100];
+    snprintf(text, sizeof text, "%swavelengths: [500, 600]\n", environment_scene(SUNSET "zip.exr", ""));
+    ck_assert_int_eq(parse(context, text, &scene), NPH_BAD_SCENE);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "s:4:29: this environment map has colours"));
+    snprintf(text, sizeof text, "%swavelengths: [500, 600]\n", environment_scene(SUNSET "zip.exr", ", scale: [1, 2]"));
+    ck_assert_int_eq(parse(context, text, &scene), NPH_BAD_SCENE);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "with wavelengths the scale of a map is one number"));
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(the_digest_sees_the_pixels_of_a_map_and_not_their_compression) {
     NphContext *context = nph_test_context(1);
     uint8_t zip[16], piz[16], turned[16], bright[16];
@@ -563,6 +577,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, an_environment_map_is_scaled_and_turned_as_the_scene_says);
     tcase_add_test(cases, the_digest_sees_the_pixels_of_a_map_and_not_their_compression);
     tcase_add_test(cases, maps_that_cannot_be_used_are_named_with_their_place_in_the_scene);
+    tcase_add_test(cases, a_map_with_colours_does_not_go_with_wavelengths);
     tcase_add_test(cases, meshes_lie_where_their_transforms_say);
     tcase_add_test(cases, the_digest_sees_the_triangles_of_a_mesh_and_not_its_format);
     tcase_add_test(cases, meshes_that_cannot_be_used_are_named_with_their_place_in_the_scene);

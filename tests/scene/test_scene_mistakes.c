@@ -37,7 +37,7 @@ static const Wrong wrong[] = {
     {HEAD "---\nnephos: 1\n", 3, 1, "second document", 1},
     {HEAD "lihgts: []\n", 3, 1, "unknown key 'lihgts' in the scene; did you mean 'lights'?", 1},
     {HEAD "albedo: 1\n", 3, 1, "it belongs to a medium", 1},
-    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, media, lights, surfaces, periodic, render", 1},
+    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, wavelengths, media, lights, surfaces, periodic, render", 1},
     {HEAD "render: {}\nrender: {}\n", 4, 1, "render is given twice; first in line 3", 1},
     {HEAD "<<: {a: 1}\n", 3, 1, "merge keys", 1},
     {HEAD "[1, 2]: 3\n", 3, 1, "a key of the scene is a list", 1},
@@ -223,6 +223,19 @@ static const Wrong wrong[] = {
      "a grid of temperatures goes with a medium that has a density", 1},
     {MEDIUM "    emission: {type: volume, radiance: 1, volume: {file: none.xyz}}\n", 6, 58, "ends in none of", 1},
     {MEDIUM "    emission: {type: volume, radiance: 1, volume: {file: none.npy}}\n", 6, 51, "a density lacks box", 2},
+
+    /* wavelengths */
+    {HEAD "wavelengths: 550\n", 3, 14, "wavelengths is '550'; expected a list of 1 to 60 numbers", 1},
+    {HEAD "wavelengths: []\n", 3, 14, "wavelengths has 0 entries", 1},
+    {HEAD "wavelengths: [359, 400]\n", 3, 15, "wavelengths is '359'; allowed: 360 to 830 nm", 1},
+    {HEAD "wavelengths: [400, 500, 500]\n", 3, 25, "wavelengths: '500' does not lie above the one before", 1},
+    {HEAD "wavelengths: [400, 500]\nmedia: [{layer: [0, 1], extinction: [1, 2, 3]}]\n", 4, 37,
+     "extinction has 3 entries; expected a number, or one for each of the 2 wavelengths", 1},
+    {HEAD "wavelengths: [400, x]\nmedia: [{layer: [0, 1], extinction: [1, 2]}]\n", 3, 20, "'x' is not a number", 1},
+    {HEAD "wavelengths: [400, 500]\nlights: [{type: sun, elevation: 1, azimuth: 0, irradiance: [1, -1]}]\n", 4, 64,
+     "irradiance is '-1'", 1},
+    {HEAD "wavelengths: [400]\nmedia: [{layer: [0, 1], extinction: 1, emission: {type: volume, radiance: 1}}]\n", 4, 50,
+     "emission does not go with wavelengths yet", 1},
 
     /* phase functions */
     {MEDIUM "    phase: hg\n", 6, 12, "phase is 'hg'; expected a mapping", 1},

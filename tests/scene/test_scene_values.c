@@ -158,6 +158,66 @@ START_TEST(phase_functions_are_what_the_scene_writes) {
 }
 END_TEST
 
+START_TEST(wavelengths_spread_rgb_keys_over_spectra) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, HEAD
+        "media:\n"
+        "- {layer: [0, 1], extinction: [8, 4, 2, 1], albedo: 0.5}\n"
+        "- {layer: [2, 3], scattering: [1, 1, 3, 1], absorption: [1, 3, 1, 0]}\n"
+        "lights:\n- {type: sun, elevation: 3, azimuth: 0, irradiance: [1, 2, 3, 4]}\n- {type: constant, radiance: 7}\n"
+        "- {type: point, position: [0, 0, 0], intensity: [0, 0, 0, 1e-30]}\n"
+        "surfaces: [{plane: 0, albedo: [0, .1, .2, .3]}]\n"
+        "wavelengths: [400, 500.5, 600, 830]\n"); /* read before the others wherever it stands */
+    ck_assert_int_eq(scene->wavelength_count, 4);
+    ck_assert(scene->wavelengths_nm[1] == 500.5 && scene->wavelengths_nm[3] == 830);
+    const NphMedium *m = scene->media;
+    static const double extinction[] = {8, 4, 2, 1}, sum[] = {2, 4, 4, 1}, share[] = {0.5, 0.25, 0.75, 1}, E[] = {1, 2, 3, 4};
+    static const double reflected[] = {0, .1, .2, .3};
+    for (int i = 0; i < 4; i++) {
+        ck_assert(m[0].extinction_spectrum[i] == extinction[i] && m[0].albedo_spectrum[i] == 0.5);
+        ck_assert(m[1].extinction_spectrum[i] == sum[i] && m[1].albedo_spectrum[i] == share[i]);
+        ck_assert(scene->lights[0].spectrum[i] == E[i] && scene->lights[1].spectrum[i] == 7);
+        ck_assert(scene->surfaces[0].albedo_spectrum[i] == reflected[i]);
+    }
+    check3(m[0].extinction_per_m, 1.5, 3, 6); /* upper, middle, lower third, overlapping: not a whole number each */
+    ck_assert(scene->lights[2].intensity[0] > 0); /* black only where all of it is */
+    double channels[3];
+    nph_scene_channels(scene, 1, m[0].extinction_per_m, m[0].extinction_spectrum, channels);
+    check3(channels, 4, 1, 1); /* of two groups the second: wavelengths 1 and 3, the latter repeated */
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(one_wavelength_is_a_grey_scene) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, HEAD "wavelengths: [550]\nmedia: [{layer: [0, 1], extinction: [3]}]\n");
+    check3(scene->media[0].extinction_per_m, 3, 3, 3);
+    ck_assert(!nph_scene_is_spectral(scene));
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(the_digest_sees_wavelengths_and_spectra) {
+    NphContext *context = nph_test_context(1);
+    static const char *const texts[] = {
+        HEAD "media: [{layer: [0, 1], extinction: 1}]\n", HEAD "media: [{layer: [0, 1], extinction: 1}]\nwavelengths: [500, 600]\n",
+        HEAD "media: [{layer: [0, 1], extinction: 1}]\nwavelengths: [500, 601]\n",
+        HEAD "media: [{layer: [0, 1], extinction: [1, 1.5]}]\nwavelengths: [500, 600]\n",
+        HEAD "media: [{layer: [0, 1], extinction: [1, 1]}]\nwavelengths: [500, 600]\n"};
+    uint8_t digest[5][16];
+    for (int i = 0; i < 5; i++) {
+        NphScene *scene = parse(context, texts[i]);
+        memcpy(digest[i], scene->digest, 16);
+        nph_scene_free(context, scene);
+    }
+    for (int i = 0; i < 5; i++)
+        for (int k = 0; k < i; k++) ck_assert((memcmp(digest[i], digest[k], 16) == 0) == (i == 4 && k == 1));
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(the_lights_and_the_run_are_what_the_scene_writes) {
     NphContext *context = nph_test_context(1);
     NphScene *scene = parse(context, everything);
@@ -465,6 +525,9 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, phase_functions_are_what_the_scene_writes);
     tcase_add_test(cases, sensors_and_periods_are_what_the_scene_writes);
     tcase_add_test(cases, periods_and_the_direction_seen_enter_the_digest);
+    tcase_add_test(cases, wavelengths_spread_rgb_keys_over_spectra);
+    tcase_add_test(cases, one_wavelength_is_a_grey_scene);
+    tcase_add_test(cases, the_digest_sees_wavelengths_and_spectra);
     tcase_add_test(cases, the_lights_and_the_run_are_what_the_scene_writes);
     tcase_add_test(cases, planes_are_what_the_scene_writes);
     tcase_add_test(cases, left_out_keys_take_their_defaults);

@@ -47,6 +47,21 @@ static const char *const scenes[] = {
            "  - {box: [[0.2, 0, 0], [1.5, 0.7, 1]], extinction: [2, 5, 0], albedo: 1, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
            "  - {type: point, position: [0.5, 0.5, 1.5], intensity: [1, 2, 3]}\n",
+    /* wavelengths: two groups, the last one with a repeated channel; all kinds of light, a surface, a grid */
+    CAMERA "wavelengths: [420, 480, 550, 600, 690]\n"
+           "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [8, 6, 4, 3, 2], albedo: [1, 0.9, 0.8, 0.9, 1], phase: {type: hg, g: 0.8}}\n"
+           "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: [5, 7, 20, 1, 0], albedo: 0.99,\n"
+           "     transform: [{scale: 0.4}, {translate: [0.5, 0.4, 0.5]}]}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1, 2, 3]}\n"
+           "  - {type: sun, direction: [-1, 0.5, 1], irradiance: [3, 2, 1, 2, 3], angular_diameter: 9}\n"
+           "  - {type: point, position: [0.5, 0.5, 1.5], intensity: [1, 2, 3, 4, 5]}\n"
+           "  - {type: constant, radiance: [0.1, 0.2, 0.3, 0.2, 0.1]}\n"
+           "surfaces:\n  - {plane: -0.2, albedo: [0, 0.2, 0.4, 0.6, 0.8]}\n",
+    /* wavelengths: a single group of which one is repeated, seen by a flux sensor */
+    "nephos: 1\nwavelengths: [450, 610]\n"
+    "camera: {type: flux, resolution: [20, 18], position: [0, 0, 2.5], direction: [0, 0, -1], up: [0, 1, 0], extent: 1}\n"
+    "media:\n  - {layer: [0, 2], extinction: [1.5, 0.5], albedo: 0.9, phase: {type: rayleigh}}\n"
+    "lights:\n  - {type: sun, elevation: 40, azimuth: 10, irradiance: [1, 2]}\n",
     /* a layer seen by a flux sensor */
     "nephos: 1\ncamera: {type: flux, resolution: [20, 18], position: [0, 0, 2.5], direction: [0, 0, -1], up: [0, 1, 0], extent: 1}\n"
     "media:\n  - {layer: [0, 2], extinction: 1.5, albedo: 0.9, phase: {type: isotropic}}\n"
@@ -133,7 +148,7 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
 static int64_t differing(const NphPathKernels *k, const NphJob *job, const NphPathChoice *choice) {
     NphContext *context = job->context;
     void *scene = NULL, *memory = NULL;
-    ck_assert_int_eq(nph_alloc(context, k->scene_bytes(), 1, "scene", &scene), NPH_OK);
+    ck_assert_int_eq(nph_alloc(context, k->scene_bytes(choice->transport.groups), 1, "scene", &scene), NPH_OK);
     ck_assert_int_eq(nph_alloc(context, k->batch_bytes(), 1, "batch", &memory), NPH_OK);
     k->prepare(job, choice, scene);
     NphPathBatch *batch = NULL;

@@ -96,7 +96,7 @@ static void close_path(void *opaque) {
 static NphStatus open_workers(PathState *state) {
     NphContext *context = state->job.context;
     void *scene = NULL;
-    NPH_TRY(nph_alloc(context, state->kernels.scene_bytes(), 1, "scene for the kernels", &scene));
+    NPH_TRY(nph_alloc(context, state->kernels.scene_bytes(state->choice.transport.groups), 1, "scene for the kernels", &scene));
     state->scene = scene;
     state->kernels.prepare(&state->job, &state->choice, scene);
     NPH_TRY(NPH_NEW(context, state->threads, "workers", &state->workers));
@@ -212,7 +212,7 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
     void *scene = NULL;
     nph_path_choose(job, &choice);
     nph_path_kernels(NPH_ISA_BASE, job->precision, &kernels);
-    NPH_TRY(nph_alloc(job->context, kernels.scene_bytes(), 1, "scene for the kernels", &scene));
+    NPH_TRY(nph_alloc(job->context, kernels.scene_bytes(choice.transport.groups), 1, "scene for the kernels", &scene));
     kernels.prepare(job, &choice, scene);
     double fields[NPH_SAMPLE_FIELDS];
     kernels.replay(scene, (int[2]){x, y}, sample, line, user, fields);
@@ -222,6 +222,7 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
 
 const NphMethod nph_path = {
     .name = "path",
+    .takes_wavelengths = 1,
     .summary = "unbiased path tracer: delta tracking, ratio-tracked light samples, no depth limit",
     .knobs = knobs,
     .knob_count = NPH_PATH_KNOBS,

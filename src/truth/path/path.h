@@ -41,7 +41,7 @@ void nph_path_choose(const NphJob *job, NphPathChoice *choice);
 
 /* The kernels of one precision and vector level. Memory is the caller's: scene_bytes and batch_bytes, 64-byte aligned. */
 typedef struct NphPathKernels {
-    size_t (*scene_bytes)(void);
+    size_t (*scene_bytes)(int groups); /* of wavelengths */
     void (*prepare)(const NphJob *job, const NphPathChoice *choice, void *scene);
     size_t (*batch_bytes)(void);
     void (*layout)(void *memory, const void *scene, NphPathBatch **batch);

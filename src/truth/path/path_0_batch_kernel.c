@@ -6,7 +6,7 @@
 #include "transport/prepare_lookup.h"
 #include "truth/path/path_lanes.h"
 
-size_t NPH_KERNEL(nph_path_scene_bytes)(void);
+size_t NPH_KERNEL(nph_path_scene_bytes)(int groups);
 void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice, void *memory);
 size_t NPH_KERNEL(nph_path_batch_bytes)(void);
 void NPH_KERNEL(nph_path_layout)(void *memory, const void *scene, NphPathBatch **out);
@@ -15,12 +15,10 @@ int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch);
 const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch);
 const NphTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch);
 
-size_t NPH_KERNEL(nph_path_scene_bytes)(void) { return sizeof(RScene); }
+size_t NPH_KERNEL(nph_path_scene_bytes)(int groups) { return (size_t)groups * sizeof(RScene); }
 
-void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice, void *memory) {
+static void prepare_group(const NphJob *job, const NphPathChoice *choice, RScene *out) {
     const NphScene *scene = job->scene;
-    RScene *out = memory;
-    r_prepare_scene(scene, &choice->transport, job->seed, job->frame, out);
     out->weighed = choice->weighed > 0.0;
     out->roulette = (Real)job->knobs[NPH_PATH_KNOB_ROULETTE];
     out->shadow_roulette = (Real)job->knobs[NPH_PATH_KNOB_SHADOW_ROULETTE];
@@ -33,8 +31,14 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     for (int e = 0; e < out->emitter_count; e++)
         if (out->emitters[e].field.shape == NPH_SHAPE_GRID)
             out->emitters[e].field.sigma_max *= (Real)job->knobs[NPH_PATH_KNOB_EMISSION_EVENTS];
-    for (int m = 0; m < out->medium_count; m++)
+    for (int m = 0; m < out->medium_count && !out->spectral; m++)
         r_weigh_flights(&scene->media[out->media[m].number], choice->weighed, &out->media[m]);
+}
+
+void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice, void *memory) {
+    RScene *groups = memory;
+    r_prepare_groups(job->scene, &choice->transport, job->seed, job->frame, groups);
+    for (int g = 0; g < choice->transport.groups; g++) prepare_group(job, choice, &groups[g]);
 }
 
 /* Arrays of a batch in the order in which they lie; called once to measure and once to place. */

@@ -26,6 +26,6 @@ void NPH_KERNEL(nph_path_emission)(NphPathBatch *batch) {
         RStream stream = r_stream(scene, NPH_RNG_EMISSION, pixel, sample, batch->vertex);
         Real light[3];
         r_emission(scene, &flight, &stream, &batch->tally, light);
-        r_add_light(batch, id, one, light, batch->vertex);
+        r_add_light(batch, scene, id, one, light, batch->vertex);
     }
 }

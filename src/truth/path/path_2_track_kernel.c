@@ -42,10 +42,10 @@ static void apply_factors(RPaths *paths, int i, const Real factor[3]) {
 }
 
 static void track_factors(NphPathBatch *batch, int i, const Real p[3], const Real d[3], const RStream *stream) {
-    const RScene *scene = batch->scene;
+    const RScene *scene = r_path_scene(batch, i);
     RPaths *paths = &batch->paths[batch->now];
     Real factor[3] = {R(1.0), R(1.0), R(1.0)};
-    int hero = paths->hero[i], hit = batch->medium[i];
+    int hero = r_hero_channel(paths->hero[i]), hit = batch->medium[i];
     for (int m = 0; m < scene->medium_count; m++) {
         const RMedium *medium = &scene->media[m];
         if (medium->sigma[0] == medium->sigma[1] && medium->sigma[0] == medium->sigma[2]) continue;
@@ -133,9 +133,9 @@ static void track_grey(NphPathBatch *batch) {
 }
 
 static void track_wide(NphPathBatch *batch) {
-    const RScene *scene = batch->scene;
     const RPaths *paths = &batch->paths[batch->now];
     for (int i = 0; i < batch->count; i++) {
+        const RScene *scene = r_path_scene(batch, i);
         Real p[3] = {paths->p[0][i], paths->p[1][i], paths->p[2][i]};
         Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
         RStream stream = r_stream(scene, NPH_RNG_TRACK, r_pixel(batch, paths->id[i]), r_sample(batch, paths->id[i]),
@@ -144,7 +144,7 @@ static void track_wide(NphPathBatch *batch) {
         int hit = -1;
         for (int m = 0; m < scene->medium_count; m++) {
             REvents events = r_events(&stream, 0, scene->media[m].number);
-            Real t = r_free_flight(&scene->media[m], p, d, nearest, paths->hero[i], &events, &batch->tally);
+            Real t = r_free_flight(&scene->media[m], p, d, nearest, r_hero_channel(paths->hero[i]), &events, &batch->tally);
             hit = t >= R(0.0) ? m : hit;
             nearest = t >= R(0.0) ? t : nearest;
         }

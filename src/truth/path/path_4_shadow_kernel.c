@@ -191,19 +191,19 @@ static void shadow_grey(NphPathBatch *batch, int light_number, int at_sensor) {
         Real arrives = batch->carried[k] * batch->passed[k];
         Real weight[3] = {arrives, arrives, arrives};
         Real value[3] = {batch->arriving[0][k], batch->arriving[1][k], batch->arriving[2][k]};
-        if (batch->passed[k] > R(0.0)) r_add_light(batch, batch->ray_id[k], weight, value, vertex);
+        if (batch->passed[k] > R(0.0)) r_add_light(batch, scene, batch->ray_id[k], weight, value, vertex);
     }
 }
 
 static void shadow_wide(NphPathBatch *batch, int light_number, int at_sensor) {
-    const RScene *scene = batch->scene;
-    const RLight *light = &scene->lights[light_number];
     const RPaths *paths = &batch->paths[batch->now];
     int count = at_sensor ? batch->count : batch->queued + batch->touched;
     uint32_t number = batch->vertex + (at_sensor ? 0u : 1u);
     for (int k = 0; k < count; k++) {
         int i = at_sensor ? k : batch->queue[k];
         int32_t id = paths->id[i];
+        const RScene *scene = r_path_scene(batch, i);
+        const RLight *light = &scene->lights[light_number];
         RVertex vertex;
         vertex_of(batch, i, at_sensor, &vertex);
         RStream stream = r_stream(scene, NPH_RNG_LIGHT, r_pixel(batch, id), r_sample(batch, id), number);
@@ -230,7 +230,7 @@ static void shadow_wide(NphPathBatch *batch, int light_number, int at_sensor) {
             r_transmittance(&scene->media[m], vertex.p, sample.d, sample.distance, scene, &events, T, &batch->tally);
         }
         for (int c = 0; c < 3; c++) weight[c] *= T[c];
-        r_add_light(batch, id, weight, sample.value, number);
+        r_add_light(batch, scene, id, weight, sample.value, number);
     }
 }
 

@@ -5,7 +5,7 @@
 #include "truth/path/path.h"
 
 #define BUILDS(type, name, arguments) type name##_f32_base arguments; type name##_f64_base arguments
-BUILDS(size_t, nph_path_scene_bytes, (void));
+BUILDS(size_t, nph_path_scene_bytes, (int groups));
 BUILDS(void, nph_path_prepare, (const NphJob *, const NphPathChoice *, void *));
 BUILDS(size_t, nph_path_batch_bytes, (void));
 BUILDS(void, nph_path_layout, (void *, const void *, NphPathBatch **));

@@ -75,6 +75,9 @@ NphStatus nph_path_plan(const NphJob *job, NphPlan *plan) {
     }
     NPH_TRY(plan_omissions(job, &choice, plan));
     NPH_TRY(nph_transport_plan(context, scene, &choice.transport, plan));
+    if (choice.transport.groups > 1)
+        NPH_TRY(nph_plan_add(context, plan, "buffer", "groups of wavelengths", kernels.scene_bytes(choice.transport.groups),
+                             "%d scenes for the kernels, of three wavelengths each", choice.transport.groups));
     uint64_t threads = (uint64_t)nph_context_threads(context);
     NPH_TRY(nph_plan_add(context, plan, "buffer", "path.*", threads * kernels.batch_bytes(),
                          "%llu batches of %d paths, one a thread", (unsigned long long)threads, NPH_PATH_BATCH));

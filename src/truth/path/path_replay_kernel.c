@@ -45,10 +45,9 @@ static double world(const Replay *r, const Real p[3], int a) { return (double)p[
 
 static void add(Replay *r, const Real weight[3], const Real radiance[3]) {
     Real light[3];
-    for (int c = 0; c < 3; c++) {
-        light[c] = weight[c] * radiance[c];
-        r->field[NPH_SAMPLE_L0 + c] += light[c];
-    }
+    for (int c = 0; c < 3; c++) light[c] = weight[c] * radiance[c];
+    r_film_rgb(r->scene, light);
+    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_L0 + c] += light[c];
     r->field[NPH_SAMPLE_ORDER] += (Real)r->vertex * r_luminance(light);
 }
 
@@ -116,7 +115,9 @@ static void leave(Replay *r) {
     tell(r, "  leaves along %.6g %.6g %.6g: radiance (weighted) %.9g %.9g %.9g", (double)r->d[0], (double)r->d[1],
          (double)r->d[2], (double)radiance[0], (double)radiance[1], (double)radiance[2]);
     if (r->vertex > 0) return;
-    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = r->weight[c] * r->scene->weight_unit;
+    Real T[3] = {r->weight[0], r->weight[1], r->weight[2]};
+    r_film_transmittance(r->scene, T);
+    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = T[c] * r->scene->weight_unit;
 }
 
 /* The largest channel's. */
@@ -253,7 +254,8 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
     }
     r.pdf = ray.pdf;
     r.camera_weight = ray.weight;
-    r.hero = ray.hero;
+    r.scene = scene = r_scene_group(scene, ray.hero);
+    r.hero = r_hero_channel(ray.hero);
     tell(&r, "path: pixel %d,%d sample %lld, seed %u, frame %u", pixel[0], pixel[1], (long long)sample, scene->seed,
          scene->frame);
     tell(&r, "  camera ray at %.9g %.9g %.9g (%.9g m from the sensor) along %.9g %.9g %.9g", world(&r, r.p, 0),

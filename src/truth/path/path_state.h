@@ -17,7 +17,7 @@ typedef struct RPaths {
     Real *weight[3], *share[3];
     Real *pdf;                 /* of the direction at the last vertex; negative when a light sample could not find it */
     int32_t *id;               /* pixel in tile * 16 + sample in chunk */
-    int32_t *hero;             /* channel whose extinction drives the tracking */
+    int32_t *hero;             /* channel whose extinction drives the tracking; of which group (r_scene_group) */
 } RPaths;
 
 static inline Real r_lane(const Real *arrays, int which, int i) { return arrays[which * NPH_PATH_BATCH + i]; }
@@ -27,7 +27,7 @@ enum { R_OF_P = 0, R_OF_D = 3, R_OF_WEIGHT = 6, R_OF_SHARE = 9, R_OF_PDF = 12 };
 enum { R_OF_ARRIVING = 6, R_OF_CARRIED = 9, R_OF_PASSED = 10, R_OF_REACH = 11 };
 
 struct NphPathBatch {
-    const RScene *scene;
+    const RScene *scene;       /* the first group; r_path_scene has a path's own */
     RPaths paths[2];           /* paths[now] is read by track, escape, shadow, scatter; scatter fills the other one */
     int now, count;            /* paths in flight */
     int tile_x, tile_y, inside[4];
@@ -77,9 +77,14 @@ static inline NphWords r_tile_words(const RTile *tile, int32_t id, uint32_t bloc
                       tile->stream.vertex, tile->stream.draw | block);
 }
 
+/* The scene of a path's three wavelengths; without wavelengths there is one. */
+static inline const RScene *r_path_scene(const NphPathBatch *batch, int i) {
+    return r_scene_group(batch->scene, batch->paths[batch->now].hero[i]);
+}
+
 /* The vertex of path i, in a medium or on a surface. */
 static inline void r_path_vertex(const NphPathBatch *batch, int i, RVertex *vertex) {
-    const RScene *scene = batch->scene;
+    const RScene *scene = r_path_scene(batch, i);
     const RPaths *paths = &batch->paths[batch->now];
     Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]}, p[3], n[3];
     int in = batch->medium[i];
@@ -95,15 +100,16 @@ static inline void r_path_vertex(const NphPathBatch *batch, int i, RVertex *vert
     r_vertex_on_surface(scene->surfaces.albedo[batch->surface[i]], p, n, d, vertex);
 }
 
-/* Adds weight * radiance to a path's sample, and to its order-weighted luminance. */
-static inline void r_add_light(NphPathBatch *batch, int32_t id, const Real weight[3], const Real radiance[3],
+/* Adds weight * radiance to a path's sample, and to its order-weighted luminance; scene: the path's own. */
+static inline void r_add_light(NphPathBatch *batch, const RScene *scene, int32_t id, const Real weight[3], const Real radiance[3],
                                uint32_t order) {
     Real light[3];
     for (int c = 0; c < 3; c++) {
         light[c] = weight[c] * radiance[c];
         if (NPH_BUG(12)) light[c] = r_min(light[c], R(1.0));
-        batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
     }
+    r_film_rgb(scene, light);
+    for (int c = 0; c < 3; c++) batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
     batch->samples[NPH_SAMPLE_ORDER * NPH_PATH_BATCH + id] += (Real)order * r_luminance(light);
 }
 
