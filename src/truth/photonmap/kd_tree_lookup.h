@@ -84,7 +84,8 @@ static inline int r_kd_nearest(const RKdNode *nodes, int32_t count, const Real p
         do {
             if (depth == 0) return kept;
             depth--;
-        } while (kept < k || kept == 0 ? !(waiting[depth].squared < within) : waiting[depth].squared > found[0].squared);
+        } while (kept < k || kept == 0 ? !(waiting[depth].squared < within)
+                                       : waiting[depth].squared > found[0].squared);
         node = waiting[depth].node;
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * photonmap.trace: photons from a light through all media [Jensen98 sec. 3.1]. The nearest collision of the media is the
+ * photonmap.trace: photons from a light through all media [Jensen98]. The nearest collision of the media is the
  * photon's, as in path; there its weight takes the albedo, what it scatters is stored (not the first time, where direct
  * light is found by shadow rays), and it lives on with the probability of its weight, which is then 1 again: a photon
  * that is scattered is as strong as one that is not, and absorption makes them fewer.

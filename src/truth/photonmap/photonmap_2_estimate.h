@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The radiance estimate [Jensen98 sec. 3.2]. Per volume and time, collisions of photons of direction w' happen at the rate
+ * The radiance estimate [Jensen98]. Per volume and time, collisions of photons of direction w' happen at the rate
  * sigma_t L(x, w'), and the part sigma_s L of them is scattered. A photon stores that scattered power, so the light that
  * is scattered at x into w needs no coefficient:
  *   sigma_s(x) int p(w' . w) L(x, w') dw'  =  d/dV sum p(w'_i . w) dPhi_i  ~  sum over the nearest of p dPhi / (4/3 pi r^3)
@@ -33,7 +33,8 @@ static inline RScattered r_estimate(const RPhotonScene *scene, const NphPhotonMa
     const RKdNode *nodes = map->tree.nodes;
     const RPhoton *photons = map->photons;
     Real within = scene->reach * scene->reach, least = within * R(1e-12);
-    int count = r_kd_nearest(nodes, map->tree.count, p, within, scene->nearest, found), full = count > 0 && count == scene->nearest;
+    int count = r_kd_nearest(nodes, map->tree.count, p, within, scene->nearest, found),
+        full = count > 0 && count == scene->nearest;
     Real squared = full ? r_max(found[0].squared, least) : within;
     RScattered out = {{R(0.0), R(0.0), R(0.0)}, R(0.0), count, r_sqrt(squared)};
     for (int i = full && !scene->printed; i < count; i++) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * photonmap.march: from the camera through the media [Jensen98 sec. 3.3],
+ * photonmap.march: from the camera through the media [Jensen98],
  *   L = sum over steps of T(t_k) S(t_k) / lambda(t_k) + T L_inf,    S = direct (shadow rays) + multiple (r_estimate)
  * Each medium m places points at the depths (u + i) step of its own majorant, M_m s_m, with u uniform: there are
  * lambda = sum M_m s_m / step of them per metre, so the sum has the mean of the integral of T S, and empty space costs

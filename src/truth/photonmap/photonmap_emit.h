@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Where photons start. A light is chosen with a probability near its share of the power that enters the box around all
- * media; the photon carries what it stands for, over that probability [Jensen98 sec. 3.1]:
+ * media; the photon carries what it stands for, over that probability [Jensen98]:
  *   sun, environment, constant   direction w by the light's own density p_l; then a point, uniform on what the light sees
  *                                of the box: L / p_l A(w), A(w) = sum over its faces of area times |cos|
  *   point                        direction uniform in the cone around the box, all around inside it: I times solid angle

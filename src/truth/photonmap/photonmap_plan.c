@@ -11,7 +11,8 @@ NphStatus nph_photonmap_choose(const NphJob *job, NphPhotonmapChoice *choice) {
     nph_transport_choose(scene, job->plan_full, &made.transport);
     int used = 0, multiple = 0;
     if (scene->period.on[0] || scene->period.on[1])
-        return nph_error(job->context, NPH_BAD_SCENE, "photonmap: sides that repeat are not part of this method; path has them");
+        return nph_error(job->context, NPH_BAD_SCENE,
+                         "photonmap: sides that repeat are not part of this method; path has them");
     if (scene->surface_count > 0)
         return nph_error(job->context, NPH_BAD_SCENE,
                          "photonmap: surface %s: surfaces are not part of this method; path has them",
