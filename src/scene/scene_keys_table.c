@@ -58,8 +58,7 @@ const NphSceneSectionInfo nph_scene_sections[] = {
     {"periodic", "periodic", NULL, NULL,
      "Sides that repeat. Along each axis given here all media are cut to the interval, and what is left stands in the world "
      "once a period, without end: light that leaves through one side comes in through the other. A medium that reaches "
-     "nowhere into the interval is refused, and so are point lights, meshes (level planes may be there), and media that emit "
-     "other than layers."},
+     "nowhere into the interval is refused, and so are point lights and meshes (level planes may be there)."},
     {"render", "render", NULL, NULL, "Defaults of a run; the command line has the last word."},
 };
 const int nph_scene_section_count = (int)(sizeof nph_scene_sections / sizeof nph_scene_sections[0]);

@@ -2,7 +2,7 @@
  *
  * The periodic section to NphPeriod. Media that reach beyond the interval are cut there, which needs no check; one that
  * lies outside of it altogether would never be met, and a point light would stand there an infinite number of times.
- * Meshes and emission are refused: flights repeat what collides, nothing else. */
+ * Meshes are refused: flights repeat media, nothing else. */
 #include "core/text.h"
 #include "scene/scene_read.h"
 
@@ -41,10 +41,6 @@ void nph_scene_check_period(NphSceneReader *reader) {
                               scene->surfaces[s].name);
     for (int m = 0; m < scene->medium_count; m++) {
         double lo[3], hi[3];
-        if (scene->media[m].emission.kind != NPH_EMISSION_NONE && scene->media[m].shape != NPH_SHAPE_LAYER)
-            nph_scene_mistake(reader, reader->period_place,
-                              "periodic does not go with the emission of %s; of media that emit only layers may repeat",
-                              scene->media[m].name);
         nph_medium_bounds(&scene->media[m], lo, hi);
         for (int a = 0; a < 2; a++) {
             char low[NPH_DOUBLE_TEXT], high[NPH_DOUBLE_TEXT];

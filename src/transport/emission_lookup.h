@@ -20,6 +20,7 @@
 typedef struct RFlown {
     Real p[3], d[3], limit;
     Real weight[3], share[3];
+    Real pdf;                  /* of the direction, where light samples of the vertex might have taken it; else negative */
     int hero;
     RStream flown;
 } RFlown;
@@ -48,52 +49,65 @@ static inline Real r_emission_length(Real sigma, Real length) {
 
 static inline void r_emit_constant(const RScene *scene, const REmitter *emitter, const RFlown *flight,
                                    const RStream *stream, Real light[3]) {
-    Real weight[3] = {flight->weight[0], flight->weight[1], flight->weight[2]};
-    RSpan span = r_clip(&emitter->field, flight->p, flight->d, emitter->alone ? R_HUGE : flight->limit);
-    Real length = span.far - span.near;
-    if (!span.inside) return;
-    if (emitter->alone) {
-        const Real *sigma = emitter->field.sigma;
-        for (int c = 0; c < 3; c++) light[c] += weight[c] * emitter->value[c] * r_emission_length(sigma[c], length);
-        return;
+    const RMedium *field = &emitter->field;
+    REvents events = r_events(stream, 0, field->number);
+    RImage image = r_first_image(field, flight->p, flight->d, emitter->alone ? R_HUGE : flight->limit);
+    do {
+        RSpan span = r_image_span(field, flight->p, flight->d, &image);
+        Real weight[3] = {flight->weight[0], flight->weight[1], flight->weight[2]}, length = span.far - span.near;
+        if (!span.inside) continue;
+        if (scene->chromatic && !emitter->alone) {
+            Real depth, place;
+            r_next_event(&events, &depth, &place);
+            r_weights_at(scene, flight, span.near + place * length, weight);
+        }
+        for (int c = 0; c < 3; c++) {
+            Real worth = emitter->alone ? r_emission_length(field->sigma[c], length) : length;
+            light[c] += weight[c] * emitter->value[c] * worth;
+        }
+    } while (r_next_image(field, flight->p, flight->d, &image));
+}
+
+/* The events in one span; depth: what is left to go to the next one. 1: out of random numbers. */
+static inline int r_emit_span(const RScene *scene, const REmitter *emitter, const RFlown *flight, const RSpan *span,
+                              REvents *events, Real *depth, Real light[3]) {
+    const RMedium *field = &emitter->field;
+    RWalk walk = r_walk_enter(field->majorant_n, span, *depth);
+    while (r_walk_on(field, span, &walk)) {
+        Real inverse = R(1.0) / (walk.majorant * field->sigma_max), value = R(0.0), weight[3], unused;
+        Real u = r_within(span->o[0] + walk.t * span->d[0], walk.c0, field->lo[0], field->hi[0]);
+        Real v = r_within(span->o[1] + walk.t * span->d[1], walk.c1, field->lo[1], field->hi[1]);
+        Real w = r_within(span->o[2] + walk.t * span->d[2], walk.c2, field->lo[2], field->hi[2]);
+        r_weights_at(scene, flight, walk.t, weight);
+        for (int c = 0; c < 3; c++) {
+            value = c == 0 || emitter->grids > 1 ? r_grid_value(&emitter->grid[c], u, v, w) : value;
+            Real j = emitter->value[c] * value;
+            events->violations += j > walk.majorant;
+            light[c] += weight[c] * (j * inverse);
+        }
+        if (r_exhausted(events)) return 1;
+        r_next_event(events, &walk.depth, &unused);
     }
-    if (scene->chromatic) {
-        REvents events = r_events(stream, 0, emitter->field.number);
-        Real depth, place;
-        r_next_event(&events, &depth, &place);
-        r_weights_at(scene, flight, span.near + place * length, weight);
-    }
-    for (int c = 0; c < 3; c++) light[c] += weight[c] * emitter->value[c] * length;
+    *depth = walk.depth;
+    return 0;
 }
 
 static inline void r_emit_grid(const RScene *scene, const REmitter *emitter, const RFlown *flight, const RStream *stream,
                                NphTally *tally, Real light[3]) {
     const RMedium *field = &emitter->field;
     REvents events = r_events(stream, 0, field->number);
-    RSpan span = r_clip(field, flight->p, flight->d, flight->limit);
-    Real depth, unused, weight[3];
-    if (!span.inside) return;
-    r_next_event(&events, &depth, &unused);
-    RWalk walk = r_walk_enter(field->majorant_n, &span, depth);
-    while (r_walk_on(field, &span, &walk)) {
-        Real inverse = R(1.0) / (walk.majorant * field->sigma_max);
-        Real u = r_within(span.o[0] + walk.t * span.d[0], walk.c0, field->lo[0], field->hi[0]);
-        Real v = r_within(span.o[1] + walk.t * span.d[1], walk.c1, field->lo[1], field->hi[1]);
-        Real w = r_within(span.o[2] + walk.t * span.d[2], walk.c2, field->lo[2], field->hi[2]), value = R(0.0);
-        r_weights_at(scene, flight, walk.t, weight);
-        tally->tentative++;
-        for (int c = 0; c < 3; c++) {
-            value = c == 0 || emitter->grids > 1 ? r_grid_value(&emitter->grid[c], u, v, w) : value;
-            Real j = emitter->value[c] * value;
-            tally->violations += j > walk.majorant;
-            light[c] += weight[c] * (j * inverse);
-        }
-        if (r_exhausted(&events)) {
-            tally->exhausted++;
-            return;
-        }
-        r_next_event(&events, &walk.depth, &unused);
-    }
+    RImage image = r_first_image(field, flight->p, flight->d, flight->limit);
+    Real depth = R(0.0), unused;
+    int over = 0;
+    do {
+        RSpan span = r_image_span(field, flight->p, flight->d, &image);
+        if (!span.inside) continue;
+        if (events.count == 0) r_next_event(&events, &depth, &unused);
+        over = r_emit_span(scene, emitter, flight, &span, &events, &depth, light);
+    } while (!over && r_next_image(field, flight->p, flight->d, &image));
+    tally->tentative += events.count;
+    tally->violations += events.violations;
+    tally->exhausted += over | (image.left == 0);
 }
 
 /* What all emitters add to the path. */
@@ -109,7 +123,9 @@ static inline void r_emission(const RScene *scene, const RFlown *flight, const R
 
 /* j of all emitters at a point: for methods that march. */
 static inline void r_emission_at(const RScene *scene, const Real p[3], Real j[3]) {
+    Real wrapped[3] = {p[0], p[1], p[2]};
     j[0] = j[1] = j[2] = R(0.0);
+    r_wrap_position(&scene->period, wrapped);
     for (int e = 0; e < scene->emitter_count; e++) {
         const REmitter *emitter = &scene->emitters[e];
         const RMedium *field = &emitter->field;
@@ -117,7 +133,7 @@ static inline void r_emission_at(const RScene *scene, const Real p[3], Real j[3]
         int inside = 1;
         for (int a = 0; a < 3; a++) {
             const Real *row = field->from_local + 4 * a;
-            u[a] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+            u[a] = row[0] * wrapped[0] + row[1] * wrapped[1] + row[2] * wrapped[2] + row[3];
             inside &= (u[a] >= field->lo[a]) & (u[a] <= field->hi[a]);
         }
         for (int c = 0; c < 3 && inside; c++) {

@@ -63,6 +63,8 @@ static void append_grid(NphEmissionSources *out, int emitter, const NphMedium *m
 
 static NphStatus check_ends(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, int64_t *cells) {
     *cells = 0;
+    if (choice->emission && (scene->period.on[0] || scene->period.on[1]))
+        return nph_error(context, NPH_BAD_INPUT, "light of media cannot be followed where sides repeat");
     for (int m = 0; m < scene->medium_count; m++) {
         const NphMedium *medium = &scene->media[m];
         if (!choice->emits[m]) continue;

@@ -22,7 +22,7 @@ typedef struct NphEmissionSources {
     double world_from_space[NPH_MAX_MEDIA][12]; /* by emitter */
 } NphEmissionSources;
 
-/* A layer that emits is refused (NPH_BAD_INPUT): its power has no end. */
+/* A layer that emits is refused (NPH_BAD_INPUT), its power has no end; so are media that emit between sides that repeat. */
 NphStatus nph_emission_sources(NphContext *context, const NphScene *scene, const NphTransportChoice *choice,
                                NphEmissionSources *sources);
 void nph_emission_sources_free(NphContext *context, NphEmissionSources *sources);

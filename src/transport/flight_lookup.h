@@ -217,10 +217,11 @@ typedef struct REvents {
     NphWords words;
     uint32_t count;
     Real survived, walked; /* of a flight: product of r_null_weight, optical depth of the majorant */
+    uint32_t violations;   /* of an emission's bound */
 } REvents;
 
 static inline REvents r_events(const RStream *stream, int light, uint32_t medium) {
-    REvents events = {*stream, {0, 0, 0, 0}, 0, R(1.0), R(0.0)};
+    REvents events = {*stream, {0, 0, 0, 0}, 0, R(1.0), R(0.0), 0};
     events.stream.draw = (uint32_t)light << NPH_DRAW_LIGHT_SHIFT | medium << NPH_DRAW_MEDIUM_SHIFT;
     return events;
 }
@@ -252,6 +253,19 @@ static inline Real r_walk_density(const RMedium *medium, const RSpan *span, cons
     return r_grid_value(&medium->grid, r_within(span->o[0] + walk->t * span->d[0], walk->c0, medium->lo[0], medium->hi[0]),
                         r_within(span->o[1] + walk->t * span->d[1], walk->c1, medium->lo[1], medium->hi[1]),
                         r_within(span->o[2] + walk->t * span->d[2], walk->c2, medium->lo[2], medium->hi[2]));
+}
+
+/* The density at a scene-local point; 0 outside. */
+static inline Real r_density_at(const RMedium *medium, const Real p[3]) {
+    Real u[3];
+    int inside = 1;
+    for (int a = 0; a < 3; a++) {
+        const Real *row = medium->from_local + 4 * a;
+        u[a] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+        inside &= (u[a] >= medium->lo[a]) & (u[a] <= medium->hi[a]);
+    }
+    if (!inside) return R(0.0);
+    return medium->shape == NPH_SHAPE_GRID ? r_grid_value(&medium->grid, u[0], u[1], u[2]) : R(1.0);
 }
 
 /* Weighed flights. Collisions happen with `collide` = k of the extinction only; the rest weighs the flight with

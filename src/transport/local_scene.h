@@ -29,7 +29,8 @@
 
 /* Stage numbers of the random streams. */
 enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5,
-       NPH_RNG_EMISSION = 10 };
+       NPH_RNG_EMISSION = 10, NPH_RNG_NEAR = 11, NPH_RNG_NEAR_SHADOW = 12, NPH_RNG_AROUND_TO = 13,
+       NPH_RNG_AROUND_FROM = 14 };
 
 /* A flight that passes so many periods of a medium without an end is given up, and counted. */
 enum { NPH_MAX_IMAGES = 1 << 20 };
@@ -80,6 +81,7 @@ typedef struct RLight {
     Real value[3];             /* irradiance (delta sun), radiance (disc, constant), intensity (point) */
     RDisc disc;                /* sun that is not a delta: width > 0 */
     Real position[3];
+    Real near_squared;         /* of a point: r0^2 of near_lookup.h; 0: collisions take all of its light */
     REnvironment map;
 } RLight;
 

@@ -70,33 +70,6 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
     for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
 }
 
-/* What a medium emits, one event per crossing in the mean (over what lines bring); the integrator may want more. */
-static inline void r_prepare_emitter(const NphMedium *medium, const RScene *scene, uint32_t number, REmitter *out) {
-    const NphEmission *emission = &medium->emission;
-    int others = scene->surfaces.count;
-    for (int m = 0; m < scene->medium_count; m++) {
-        const RMedium *other = &scene->media[m];
-        int empty = !(other->sigma_max > R(0.0)) || (other->shape == NPH_SHAPE_GRID && !(other->control > R(0.0)));
-        others += other->number != number && !empty;
-    }
-    for (int c = 0; c < 3; c++) out->value[c] = (Real)emission->value[c];
-    out->alone = others == 0;
-    out->field.number = number;
-    if (emission->kind == NPH_EMISSION_CONSTANT) {
-        r_prepare_medium(medium, scene->origin, number, &out->field);
-        return;
-    }
-    const NphGrid *grid = nph_emission_grid(emission, &medium->grid, 0);
-    out->field.shape = NPH_SHAPE_GRID;
-    r_prepare_place(emission->world_from_grid, grid->lo, grid->hi, scene->origin, &out->field);
-    out->grids = emission->grid_count > 1 ? 3 : 1;
-    for (int c = 0; c < 3; c++) nph_grid_view(nph_emission_grid(emission, &medium->grid, c), &out->grid[c]);
-    out->field.grid = out->grid[0];
-    out->field.majorant = emission->bound.cells;
-    out->field.sigma_max = emission->depth > 0.0 ? (Real)(1.0 / emission->depth) : R(0.0);
-    for (int a = 0; a < 3; a++) out->field.majorant_n[a] = emission->bound.n[a];
-}
-
 /* A disc sun of half angle h has the radiance E / (pi sin^2 h); its cap's solid angle is 2 pi (1 - cos h). */
 static inline void r_light_values(const NphLight *light, const double value[3], RLight *out) {
     double scale = 1.0;
@@ -202,6 +175,38 @@ static inline void r_prepare_reach(const NphMedium *medium, const RScene *scene,
         out->reach_lo[a] = repeats ? -R_FAR : (Real)(low - margin);
         out->reach_hi[a] = repeats ? R_FAR : (Real)(high + margin);
     }
+}
+
+/* What a medium emits, one event per crossing in the mean (over what lines bring); the integrator may want more. */
+static inline void r_prepare_emitter(const NphMedium *medium, const RScene *scene, uint32_t number, REmitter *out) {
+    const NphEmission *emission = &medium->emission;
+    int others = scene->surfaces.count;
+    for (int m = 0; m < scene->medium_count; m++) {
+        const RMedium *other = &scene->media[m];
+        int empty = !(other->sigma_max > R(0.0)) || (other->shape == NPH_SHAPE_GRID && !(other->control > R(0.0)));
+        others += other->number != number && !empty;
+    }
+    for (int c = 0; c < 3; c++) out->value[c] = (Real)emission->value[c];
+    out->alone = others == 0;
+    out->field.number = number;
+    if (emission->kind == NPH_EMISSION_CONSTANT) {
+        r_prepare_medium(medium, scene->origin, number, &out->field);
+        r_prepare_reach(medium, scene, &out->field);
+        return;
+    }
+    const NphGrid *grid = nph_emission_grid(emission, &medium->grid, 0);
+    out->field.shape = NPH_SHAPE_GRID;
+    r_prepare_place(emission->world_from_grid, grid->lo, grid->hi, scene->origin, &out->field);
+    out->grids = emission->grid_count > 1 ? 3 : 1;
+    for (int c = 0; c < 3; c++) nph_grid_view(nph_emission_grid(emission, &medium->grid, c), &out->grid[c]);
+    out->field.grid = out->grid[0];
+    out->field.majorant = emission->bound.cells;
+    out->field.sigma_max = emission->depth > 0.0 ? (Real)(1.0 / emission->depth) : R(0.0);
+    for (int a = 0; a < 3; a++) out->field.majorant_n[a] = emission->bound.n[a];
+    NphMedium place = {.shape = NPH_SHAPE_GRID, .grid = *grid};
+    place.grid.majorant = emission->bound;
+    memcpy(place.world_from_medium, emission->world_from_grid, sizeof place.world_from_medium);
+    r_prepare_reach(&place, scene, &out->field);
 }
 
 /* The box that camera rays are moved to. A layer fills x and y without end; planes are looked at by themselves. */

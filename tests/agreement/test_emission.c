@@ -120,6 +120,23 @@ START_TEST(without_extinction_a_picture_is_the_integral_of_the_emission) {
 }
 END_TEST
 
+/* Cut to a period of 1 / 2 and repeated, a cube of constant emission is a layer of it: 1 / cos long along any ray. */
+START_TEST(what_repeats_emits_again_and_again) {
+    if (!nph_test_statistics("emission between sides that repeat")) return;
+    char text[400];
+    const char *one = volume(1, 0, "one.npy", text);
+    static const char *const slant = "nephos: 1\nperiodic: {x: [0.25, 0.75], y: [0, 1]}\n"
+        "camera: {type: orthographic, resolution: [16, 16], position: [3, 0, 5], direction: [-3, 0, -4], up: [0, 1, 0], extent: 1}\n";
+    double right[3];
+    for (int c = 0; c < 3; c++) right[c] = slab(1 + c, 1 + c, 1.25);
+    check_means(render_text("%smedia:\n  - {density: {%s}, extinction: [1, 2, 3], albedo: 0, emission: {type: volume, "
+                            "radiance: [1, 2, 3]}}\n", slant, one), 1024, 32, right, 5e-3);
+    for (int c = 0; c < 3; c++) right[c] = 1.25 * (1 + c);
+    check_means(render_text("%smedia:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 0, emission: {type: volume, radiance: [1, 2, 3]}}\n",
+                            slant), 16, 64, right, 1e-6);
+}
+END_TEST
+
 /* Kirchhoff: a medium of the temperature of the cavity around it cannot be seen, however it absorbs and scatters. */
 START_TEST(in_a_cavity_of_its_own_temperature_nothing_is_seen) {
     if (!nph_test_statistics("Kirchhoff's law")) return;
@@ -187,6 +204,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, what_emits_between_others_is_the_closed_form_in_the_mean);
     tcase_add_test(cases, a_grid_that_emits_is_the_box_of_the_same_values);
     tcase_add_test(cases, without_extinction_a_picture_is_the_integral_of_the_emission);
+    tcase_add_test(cases, what_repeats_emits_again_and_again);
     tcase_add_test(cases, in_a_cavity_of_its_own_temperature_nothing_is_seen);
     tcase_add_test(cases, a_layer_that_only_scatters_gives_off_what_it_emits);
     tcase_add_test(cases, the_number_of_events_changes_no_mean);

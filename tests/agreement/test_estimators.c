@@ -76,14 +76,14 @@ static const char *const grey_scenes[] = {
 static const char *const shapes[] = {"density: {file: ../data/cumulus/cumulus_300.zip.nvdb}", "box: [[-1, -1, -0.5], [1, 1, 0.7]]"};
 
 START_TEST(no_knob_changes_the_mean) {
-    enum { KNOBS = 6 };
+    enum { KNOBS = 7 };
     static const char *const settings[][KNOBS] = {
         {"path.roulette=0", "path.shadow_roulette=0", "path.weighed=0", "path.towards_sun=0", "path.least_light=0",
-         "path.emission_events=0.01"},
+         "path.emission_events=0.01", "path.near_light=0"},
         {"path.roulette=1", "path.shadow_roulette=1", "path.weighed=1", "path.towards_sun=0.9", "path.least_light=10",
-         "path.emission_events=1000"},
+         "path.emission_events=1000", "path.near_light=1000"},
         {"path.roulette=0.1", "path.shadow_roulette=0.05", "path.weighed=0.5", "path.towards_sun=0.3", "path.least_light=0.5",
-         "path.emission_events=2"},
+         "path.emission_events=2", "path.near_light=1"},
     };
     ck_assert_int_eq(nph_knob_count(), KNOBS);
     const char *yaml = render_text(grey_scenes[_i / 2], shapes[_i % 2]);

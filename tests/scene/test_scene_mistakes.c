@@ -171,8 +171,6 @@ static const Wrong wrong[] = {
     {HEAD "periodic: {y: 3}\n", 3, 15, "y is '3'; expected two numbers, [low, high]", 1},
     {MEDIUM "periodic: {x: [1, 2]}\n", 6, 11, "medium medium0 lies outside of periodic x: it reaches from 0 to 1 m", 1},
     {MEDIUM "periodic: {x: [0, 2], y: [-3, 0]}\n", 6, 11, "lies outside of periodic y", 1},
-    {MEDIUM "    emission: {type: volume, radiance: 1}\nperiodic: {x: [0, 2]}\n", 7, 11,
-     "periodic does not go with the emission of medium0; of media that emit only layers may repeat", 1},
     {HEAD "periodic: {x: [0, 1]}\nlights: [{type: point, position: [0, 0, 0], intensity: 1}]\n", 3, 11,
      "periodic does not go with a point light", 1},
 

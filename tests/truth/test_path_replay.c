@@ -94,6 +94,19 @@ static const char *const scenes[] = {
            "  - {density: {file: ../data/vdb/plume32_f20_BLOSC_float32.vdb}, extinction: [20, 30, 9], albedo: 0.7, phase: {type: rayleigh},\n"
            "     transform: [{scale: 0.4}], emission: {type: volume, radiance: [3, 2, 1], grid: temperature}}\n"
            "surfaces:\n  - {plane: -0.1, albedo: [0.7, 0.8, 0.9]}\n",
+    /* point lights in media: grey, and where channels differ, with a plane */
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 4, albedo: 0.9, phase: {type: hg, g: 0.5}}\n"
+           "lights:\n  - {type: point, position: [0.5, 0.5, 0.5], intensity: 1}\n",
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 1], albedo: [0.9, 1, 0.5]}\n"
+           "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: [20, 30, 9], albedo: 0.99, phase: {type: rayleigh},\n"
+           "     transform: [{scale: 0.4}, {translate: [0.5, 0.4, 0.5]}]}\n"
+           "surfaces:\n  - {plane: 0.3, albedo: 0.7}\n"
+           "lights:\n  - {type: point, position: [0.5, 0.5, 0.6], intensity: [1, 2, 3]}\n  - {type: constant, radiance: 0.1}\n",
+    /* emission between sides that repeat, channels that differ */
+    CAMERA "periodic: {x: [0, 1.5]}\nmedia:\n"
+           "  - {density: {file: ../data/vdb/plume32_f20_BLOSC_float32.vdb}, extinction: [20, 30, 9], albedo: 0.7,\n"
+           "     transform: [{scale: 0.4}], emission: {type: blackbody, scale: 2000}}\n"
+           "  - {box: [[0.5, 0, 0], [0.7, 1, 0.5]], extinction: [2, 5, 0], albedo: 0.5, emission: {type: volume, radiance: [1, 2, 3]}}\n",
     /* one box that emits, alone */
     CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: 0.5, emission: {type: blackbody, temperature: 3000}}\n",
     /* a flux sensor between a plane and a mesh, in a layer */
@@ -137,8 +150,12 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
     while (k->count(batch) > 0) {
         k->track(batch);
         if (choice->transport.emission) k->emission(batch);
+        for (int l = 0; l < scene->light_count; l++)
+            if (choice->near_m[l] > 0.0) k->near_light(batch, l);
         if (choice->transport.channels > 1) k->reweigh(batch);
         k->escape(batch);
+        for (int l = 0; l < scene->light_count; l++)
+            if (choice->near_m[l] > 0.0) k->around_light(batch, l);
         for (int l = 0; l < scene->light_count; l++)
             if (choice->transport.sampled[l]) k->shadow(batch, l, 0);
         k->scatter(batch);

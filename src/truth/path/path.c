@@ -22,6 +22,8 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
      "scattering are made by chance; in grids only", "time against variance", 0.5, 0.0, 10.0},
     {"path.emission_events", "1", "places along a flight across a grid that emits at which its light is looked up, in the "
      "mean", "time against variance", 2.0, 0.01, 1000.0},
+    {"path.near_light", "1", "mean free paths within which flights, not collisions, take the light of a point in a medium",
+     "time against variance", 1.0, 0.0, 1000.0},
 };
 
 static const NphStage stages[NPH_PATH_STAGES] = {
@@ -29,6 +31,8 @@ static const NphStage stages[NPH_PATH_STAGES] = {
     {"path.track", "delta tracking [Woodcock65]; spectral MIS [Wilkie14]; surfaces [Woop13]", "path.ray path.state",
      "path.distance path.medium path.surface path.touch path.state path.queue", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.emission", "events of a Poisson process [Kingman93]", "path.ray path.state path.distance", "path.sample",
+     {NPH_PATH_BATCH, 1, 1}, 0},
+    {"path.near", "equiangular sampling [Kulla12]", "path.ray path.state path.distance", "path.sample",
      {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.escape", "balance heuristic [Veach95]", "path.ray path.state path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]",
@@ -141,8 +145,13 @@ static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_
     while (k->count(batch) > 0) {
         NPH_LAUNCH(counts, NPH_PATH_TRACK, k->count(batch), k->track(batch));
         if (choice->transport.emission) NPH_LAUNCH(counts, NPH_PATH_EMISSION, k->count(batch), k->emission(batch));
+        for (int l = 0; l < lights; l++)
+            if (choice->near_m[l] > 0.0) NPH_LAUNCH(counts, NPH_PATH_NEAR, k->count(batch), k->near_light(batch, l));
         if (choice->transport.channels > 1) NPH_LAUNCH(counts, NPH_PATH_TRACK, 0, k->reweigh(batch));
         NPH_LAUNCH(counts, NPH_PATH_ESCAPE, k->count(batch), k->escape(batch));
+        for (int l = 0; l < lights; l++)
+            if (choice->near_m[l] > 0.0)
+                NPH_LAUNCH(counts, NPH_PATH_NEAR, k->count(batch), k->around_light(batch, l));
         for (int l = 0; l < lights && (choice->transport.scatters || choice->transport.reflects); l++)
             if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));
         NPH_LAUNCH(counts, NPH_PATH_SCATTER, k->count(batch), k->scatter(batch));

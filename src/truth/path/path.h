@@ -4,6 +4,7 @@
  *   1 generate   camera rays
  *   2 track      to the nearest surface; one whole free flight through every medium; the nearest collision wins
  *     emission   what media add by their own light along it
+ *     near       what point lights in media send to one place of it
  *   3 escape     paths that leave meet the lights at infinity
  *   4 shadow     at a vertex: a light sample per light, what surfaces hide, ratio tracking towards it
  *   5 scatter    albedo, roulette, new direction; the survivors move up
@@ -19,12 +20,12 @@ extern const NphMethod nph_path;
 enum { NPH_PATH_BATCH = NPH_TILE_PIXELS * NPH_CHUNK };
 
 typedef enum NphPathStage {
-    NPH_PATH_GENERATE, NPH_PATH_TRACK, NPH_PATH_EMISSION, NPH_PATH_ESCAPE, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_ACCUMULATE,
+    NPH_PATH_GENERATE, NPH_PATH_TRACK, NPH_PATH_EMISSION, NPH_PATH_NEAR, NPH_PATH_ESCAPE, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_ACCUMULATE,
     NPH_PATH_STAGES
 } NphPathStage;
 
 enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOB_TOWARDS_SUN, NPH_PATH_KNOB_LEAST_LIGHT,
-       NPH_PATH_KNOB_EMISSION_EVENTS,
+       NPH_PATH_KNOB_EMISSION_EVENTS, NPH_PATH_KNOB_NEAR_LIGHT,
        NPH_PATH_KNOBS };
 
 typedef struct NphPathBatch NphPathBatch;
@@ -35,6 +36,8 @@ typedef struct NphPathChoice {
     double weighed;      /* part of the absorption that weighs flights instead of collisions */
     int guide;           /* sun towards which directions are sampled too, or -1 */
     double guide_part;   /* with at most this probability */
+    int near;            /* some near_m is above 0 */
+    double near_m[NPH_MAX_LIGHTS]; /* of point lights in media: how far flights look for them; else 0 */
     double least_light;  /* light samples below this part of isotropic scattering are rouletted; 0: none */
 } NphPathChoice;
 void nph_path_choose(const NphJob *job, NphPathChoice *choice);
@@ -52,6 +55,8 @@ typedef struct NphPathKernels {
     void (*generate)(NphPathBatch *batch);
     void (*track)(NphPathBatch *batch);
     void (*emission)(NphPathBatch *batch);
+    void (*near_light)(NphPathBatch *batch, int light);   /* along the flights */
+    void (*around_light)(NphPathBatch *batch, int light); /* from the vertices */
     void (*reweigh)(NphPathBatch *batch); /* what several channels make of their flights: weights from here on */
     void (*escape)(NphPathBatch *batch);
     void (*shadow)(NphPathBatch *batch, int light, int at_sensor);

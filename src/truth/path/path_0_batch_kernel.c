@@ -28,6 +28,8 @@ static void prepare_group(const NphJob *job, const NphPathChoice *choice, RScene
                                                                   : R(1.0);
     out->guide_part = (Real)choice->guide_part;
     out->least_light = (Real)(choice->least_light * 0.079577471545947668);
+    for (int l = 0; l < out->light_count; l++)
+        out->lights[l].near_squared = (Real)(choice->near_m[l] * choice->near_m[l]);
     for (int e = 0; e < out->emitter_count; e++)
         if (out->emitters[e].field.shape == NPH_SHAPE_GRID)
             out->emitters[e].field.sigma_max *= (Real)job->knobs[NPH_PATH_KNOB_EMISSION_EVENTS];

@@ -4,6 +4,7 @@
  * through every medium, and what scatters towards the path: weight * albedo * p(cos) * T * L / pdf, weighted against
  * finding the light by the phase function. On surfaces and at a flux sensor the same with max(0, cos) / pi in place of the
  * phase function, at a sensor for fluence with 1 / 4 pi. [paths, queue, distance, medium, surface -> samples] */
+#include "transport/near_lookup.h"
 #include "truth/path/path_lanes.h"
 #include "truth/path/path_state.h"
 
@@ -45,6 +46,7 @@ static void sample_grey(NphPathBatch *batch, int light_number, int first, int co
         stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT;
         RLightSample sample;
         r_sample_light(light, vertex.p, &stream, &sample);
+        r_far_part(light, &vertex, &sample);
         Real value = r_vertex_value(&vertex, sample.d);
         Real balance = balance_of(batch, i, &vertex, &sample, value);
         Real weight = paths->weight[0][i] * vertex.albedo[0] * value * balance;
@@ -210,6 +212,7 @@ static void shadow_wide(NphPathBatch *batch, int light_number, int at_sensor) {
         stream.draw = (uint32_t)light_number << NPH_DRAW_LIGHT_SHIFT;
         RLightSample sample;
         r_sample_light(light, vertex.p, &stream, &sample);
+        r_far_part(light, &vertex, &sample);
         Real value = r_vertex_value(&vertex, sample.d);
         Real balance = balance_of(batch, i, &vertex, &sample, value);
         Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0), most = R(0.0);

@@ -17,6 +17,8 @@ BUILDS(void, nph_path_replay, (const void *, const int *, int64_t, NphLineFn, vo
 NPH_KERNEL_DECLARE(void, nph_path_generate, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_track, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_emission, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_near, (NphPathBatch *, int));
+NPH_KERNEL_DECLARE(void, nph_path_around, (NphPathBatch *, int));
 NPH_KERNEL_DECLARE(void, nph_path_reweigh, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_escape, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_shadow, (NphPathBatch *, int, int));
@@ -36,6 +38,8 @@ void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels) {
     NPH_KERNEL_PICK(kernels->generate, nph_path_generate, isa, precision);
     NPH_KERNEL_PICK(kernels->track, nph_path_track, isa, precision);
     NPH_KERNEL_PICK(kernels->emission, nph_path_emission, isa, precision);
+    NPH_KERNEL_PICK(kernels->near_light, nph_path_near, isa, precision);
+    NPH_KERNEL_PICK(kernels->around_light, nph_path_around, isa, precision);
     NPH_KERNEL_PICK(kernels->reweigh, nph_path_reweigh, isa, precision);
     NPH_KERNEL_PICK(kernels->escape, nph_path_escape, isa, precision);
     NPH_KERNEL_PICK(kernels->shadow, nph_path_shadow, isa, precision);

@@ -4,6 +4,7 @@
 #include "truth/path/path_plan.h"
 
 #include "core/message.h"
+#include "field/sample.h"
 #include "pipeline/plan.h"
 
 static double luminance(const double c[3]) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
@@ -36,6 +37,62 @@ static void choose_guide(const NphJob *job, NphPathChoice *choice) {
     choice->least_light = grids ? job->knobs[NPH_PATH_KNOB_LEAST_LIGHT] : 0.0;
 }
 
+static double density_at(const NphMedium *medium, const double p[3]) {
+    double inverse[12], u[3];
+    int grid = medium->shape == NPH_SHAPE_GRID;
+    nph_affine_invert(medium->world_from_medium, inverse);
+    for (int a = 0; a < 3; a++) {
+        const double *row = inverse + 4 * a;
+        u[a] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+        if (u[a] < (grid ? medium->grid.lo : medium->lo)[a] || u[a] > (grid ? medium->grid.hi : medium->hi)[a]) return 0.0;
+    }
+    RGrid view;
+    if (!grid) return 1.0;
+    nph_grid_view(&medium->grid, &view);
+    return (double)r_grid_value(&view, u[0], u[1], u[2]);
+}
+
+/* The largest of the channels' extinctions at p, summed over media, and where there is none the largest anywhere. */
+static double extinction_near(const NphScene *scene, const NphTransportChoice *choice, const double p[3]) {
+    double here = 0.0, most = 0.0;
+    for (int m = 0; m < scene->medium_count; m++) {
+        const NphMedium *medium = &scene->media[m];
+        double sigma = 0.0, densest = medium->shape == NPH_SHAPE_GRID ? (double)medium->grid.max : 1.0;
+        for (int c = 0; c < 3; c++) sigma = medium->extinction_per_m[c] > sigma ? medium->extinction_per_m[c] : sigma;
+        if (!choice->used[m]) continue;
+        here += sigma * density_at(medium, p);
+        most = sigma * densest > most ? sigma * densest : most;
+    }
+    return here > 0.0 ? here : most;
+}
+
+/* Whether p lies within `reach` of a medium that scatters: of its box in the world. */
+static int is_near_media(const NphScene *scene, const NphTransportChoice *choice, const double p[3], double reach) {
+    for (int m = 0; m < scene->medium_count; m++) {
+        const double *albedo = scene->media[m].albedo;
+        double lo[3], hi[3];
+        int inside = choice->used[m] && albedo[0] + albedo[1] + albedo[2] > 0.0;
+        nph_medium_bounds(&scene->media[m], lo, hi);
+        for (int a = 0; a < 3; a++) inside &= p[a] >= lo[a] - reach && p[a] <= hi[a] + reach;
+        if (inside) return 1;
+    }
+    return 0;
+}
+
+/* Point lights whose light is shared between collisions and flights (transport/near_lookup.h). */
+static void choose_near(const NphJob *job, NphPathChoice *choice) {
+    const NphScene *scene = job->scene;
+    for (int l = 0; l < scene->light_count; l++) {
+        const NphLight *light = &scene->lights[l];
+        if (light->kind != NPH_LIGHT_POINT || !choice->transport.sampled[l]) continue;
+        if (scene->period.on[0] || scene->period.on[1]) continue; /* it has images without end */
+        double sigma = extinction_near(scene, &choice->transport, light->position);
+        double reach = sigma > 0.0 ? job->knobs[NPH_PATH_KNOB_NEAR_LIGHT] / sigma : 0.0;
+        choice->near_m[l] = is_near_media(scene, &choice->transport, light->position, reach) ? reach : 0.0;
+        choice->near |= choice->near_m[l] > 0.0;
+    }
+}
+
 void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     const NphScene *scene = job->scene;
     int used = 0, sampled = 0;
@@ -48,6 +105,7 @@ void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     if (used == 1 && sampled == 0 && choice->transport.channels == 1 && !choice->transport.emission)
         choice->weighed = job->knobs[NPH_PATH_KNOB_WEIGHED];
     choose_guide(job, choice);
+    choose_near(job, choice);
 }
 
 static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, NphPlan *plan) {
@@ -57,6 +115,8 @@ static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, 
                              "those that absorb: flights are weighed instead, no light is sampled at vertices"));
     if (!choice->transport.emission)
         NPH_TRY(nph_plan_add(context, plan, "left out", "path.emission", 0, "no medium emits"));
+    if (!choice->near)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "path.near", 0, "no point light shines in a medium"));
     if (!choice->transport.scatters && !choice->transport.reflects)
         NPH_TRY(nph_plan_add(context, plan, "left out", "path.shadow", 0, "at vertices: every albedo is 0"));
     return NPH_OK;

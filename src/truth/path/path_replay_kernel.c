@@ -9,7 +9,7 @@
 #include <stdio.h>
 
 #include "transport/camera_lookup.h"
-#include "transport/emission_lookup.h"
+#include "transport/near_lookup.h"
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t sample, NphLineFn line, void *user,
@@ -69,20 +69,42 @@ static int fly(Replay *r, Real limit, Real *distance) {
     return hit;
 }
 
-/* What media add by their own light along the flight. */
-static void emit(Replay *r, Real distance) {
-    Real light[3], one[3] = {R(1.0), R(1.0), R(1.0)};
-    RFlown flight = {.limit = distance, .hero = r->hero, .flown = stream_of(r, NPH_RNG_TRACK)};
+static void set_out(const Replay *r, Real distance, RFlown *flight) {
+    flight->limit = distance;
+    flight->pdf = r->vertex > 0 ? r->pdf : R(-1.0);
+    flight->hero = r->hero;
+    flight->flown = stream_of(r, NPH_RNG_TRACK);
     for (int c = 0; c < 3; c++) {
-        flight.p[c] = r->p[c];
-        flight.d[c] = r->d[c];
-        flight.weight[c] = r->weight[c];
-        flight.share[c] = r->share[c];
+        flight->p[c] = r->p[c];
+        flight->d[c] = r->d[c];
+        flight->weight[c] = r->weight[c];
+        flight->share[c] = r->share[c];
     }
+}
+
+/* What media add by their own light along the flight. */
+static void emit(Replay *r, const RFlown *flight) {
+    Real light[3], one[3] = {R(1.0), R(1.0), R(1.0)};
     RStream stream = stream_of(r, NPH_RNG_EMISSION);
-    r_emission(r->scene, &flight, &stream, &r->tally, light);
+    r_emission(r->scene, flight, &stream, &r->tally, light);
     add(r, one, light);
-    tell(r, "    emission up to %.9g m: %.9g %.9g %.9g", (double)distance, (double)light[0], (double)light[1], (double)light[2]);
+    tell(r, "    emission up to %.9g m: %.9g %.9g %.9g", (double)flight->limit, (double)light[0], (double)light[1],
+         (double)light[2]);
+}
+
+/* What point lights in media send to one place of the flight: scattered once more than at its start. */
+static void near_lights(Replay *r, const RFlown *flight) {
+    Real one[3] = {R(1.0), R(1.0), R(1.0)};
+    r->vertex++;
+    RStream streams[2] = {stream_of(r, NPH_RNG_NEAR), stream_of(r, NPH_RNG_NEAR_SHADOW)};
+    for (int l = 0; l < r->scene->light_count; l++) {
+        Real light[3];
+        if (!(r->scene->lights[l].near_squared > R(0.0))) continue;
+        r_near_light(r->scene, flight, l, streams, &r->tally, light);
+        add(r, one, light);
+        tell(r, "    light %d near the flight: adds %.9g %.9g %.9g", l, (double)light[0], (double)light[1], (double)light[2]);
+    }
+    r->vertex--;
 }
 
 /* One-sample balance heuristic over the channels: what each would have made of this flight. */
@@ -127,6 +149,21 @@ static Real throughput(const Replay *r) {
     return largest;
 }
 
+/* What point lights in media send to the vertex through places around them, scattered there once more. */
+static void lights_around(Replay *r, const RVertex *vertex) {
+    Real one[3] = {R(1.0), R(1.0), R(1.0)};
+    RNearStreams streams = {stream_of(r, NPH_RNG_NEAR), {stream_of(r, NPH_RNG_AROUND_TO), stream_of(r, NPH_RNG_AROUND_FROM)}};
+    for (int l = 0; l < r->scene->light_count; l++) {
+        Real light[3];
+        if (!(r->scene->lights[l].near_squared > R(0.0))) continue;
+        r_near_around(r->scene, vertex, r->weight, l, &streams, &r->tally, light);
+        r->vertex++;
+        add(r, one, light);
+        r->vertex--;
+        tell(r, "    around light %d: adds %.9g %.9g %.9g", l, (double)light[0], (double)light[1], (double)light[2]);
+    }
+}
+
 /* A light sample of a vertex: in a medium, on a surface, or of the flux sensor. */
 static void sample_light(Replay *r, int number, const RVertex *vertex) {
     const RLight *light = &r->scene->lights[number];
@@ -134,6 +171,7 @@ static void sample_light(Replay *r, int number, const RVertex *vertex) {
     stream.draw = (uint32_t)number << NPH_DRAW_LIGHT_SHIFT;
     RLightSample s;
     r_sample_light(light, vertex->p, &stream, &s);
+    r_far_part(light, vertex, &s);
     Real value = r_vertex_value(vertex, s.d), balance = R(1.0);
     if (s.pdf >= R(0.0)) balance = s.pdf / (s.pdf + r_vertex_density(r->scene, vertex, s.d, value, throughput(r)));
     Real weight[3], T[3] = {R(1.0), R(1.0), R(1.0)}, largest = R(0.0), most = R(0.0);
@@ -208,7 +246,10 @@ static int advance(Replay *r, Real start, RVertex *vertex) {
     int touches = scene->surfaces.count > 0 && r_closest_surface(scene, r->p, r->d, R_HUGE, &met);
     Real distance;
     int hit = fly(r, touches ? met.limit : R_HUGE, &distance);
-    if (scene->emitter_count > 0) emit(r, distance);
+    RFlown flight;
+    set_out(r, distance, &flight);
+    if (scene->emitter_count > 0) emit(r, &flight);
+    near_lights(r, &flight);
     if (scene->channels > 1) reweigh(r, hit, distance);
     if (hit < 0 && !touches) {
         leave(r);
@@ -232,6 +273,7 @@ static int advance(Replay *r, Real start, RVertex *vertex) {
 static void follow(Replay *r, Real start) {
     RVertex vertex;
     while (advance(r, start, &vertex)) {
+        lights_around(r, &vertex);
         sample_lights(r, &vertex);
         if (!scatter(r, &vertex)) return;
         r_wrap_position(&r->scene->period, r->p);
