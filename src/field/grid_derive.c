@@ -26,8 +26,9 @@ static int derive_brick(const Derivation *derive, int64_t entry, float *values) 
     int64_t bz = entry / from->bricks[0] / from->bricks[1];
     int good = 1;
     for (int i = 0; i < NPH_BRICK_SAMPLES; i++) {
-        double at[3] = {(double)(bx * NPH_BRICK + i % EDGE), (double)(by * NPH_BRICK + i / EDGE % EDGE),
-                        (double)(bz * NPH_BRICK + i / EDGE / EDGE)};
+        int64_t x = i % EDGE, y = i / EDGE % EDGE, z = i / (EDGE * EDGE);
+        double at[3] = {(double)(bx * NPH_BRICK + x), (double)(by * NPH_BRICK + y),
+                        (double)(bz * NPH_BRICK + z)};
         double value = derive->function(derive->user, at, (double)source[i]);
         good &= nph_density_ok(value);
         values[i] = (float)value;

@@ -49,8 +49,9 @@ typedef struct RNearPlace {
 
 /* Weight of the first way; pdf: P, negative when there is no other. */
 static inline Real r_near_along(const RLight *light, Real pdf, Real D, Real R_squared, Real r_squared) {
-    Real a = pdf * D * R(6.2831853071795864769) * (light->near_squared + r_squared), b = r_sqrt(light->near_squared) * R_squared;
-    return pdf < R(0.0) ? R(1.0) : a / (a + b);
+    Real a = pdf * D * R(6.2831853071795864769) * (light->near_squared + r_squared);
+    Real b = r_sqrt(light->near_squared) * R_squared;
+    return pdf >= R(0.0) && a + b > R(0.0) ? a / (a + b) : R(1.0);
 }
 
 /* The foot may lie far off; places keep to [near, far]. D is held above what rounding makes of it: any D gives a density. */
@@ -149,7 +150,7 @@ static inline void r_near_around(const RScene *scene, const RVertex *vertex, con
     }
     Real length = r_sqrt(r_max(squared, R(1e-30)));
     for (int a = 0; a < 3; a++) to[a] /= length;
-    for (int c = 0; c < scene->channels; c++) largest = r_max(largest, weight[c]);
+    for (int c = 0; c < 3; c++) largest = c < scene->channels ? r_max(largest, weight[c]) : largest;
     Real value = r_vertex_value(vertex, to), pdf = r_vertex_density(scene, vertex, to, value, largest);
     r_scattered_at(scene, y, to, back, scattered);
     if (!(value > R(0.0)) || !(scattered[0] + scattered[1] + scattered[2] > R(0.0))) return;

@@ -21,7 +21,7 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
     {"path.least_light", "1", "light samples whose throughput times phase function is below this part of isotropic "
      "scattering are made by chance; in grids only", "time against variance", 0.5, 0.0, 10.0},
     {"path.emission_events", "1", "places along a flight across a grid that emits at which its light is looked up, in the "
-     "mean", "time against variance", 2.0, 0.01, 1000.0},
+     "mean", "time against variance", 16.0, 0.01, 1000.0},
     {"path.near_light", "1", "mean free paths within which flights, not collisions, take the light of a point in a medium",
      "time against variance", 1.0, 0.0, 1000.0},
 };
@@ -32,7 +32,8 @@ static const NphStage stages[NPH_PATH_STAGES] = {
      "path.distance path.medium path.surface path.touch path.state path.queue", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.emission", "events of a Poisson process [Kingman93]", "path.ray path.state path.distance", "path.sample",
      {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.near", "equiangular sampling [Kulla12]", "path.ray path.state path.distance", "path.sample",
+    {"path.near", "equiangular sampling [Kulla12]; balance heuristic [Veach95]",
+     "path.ray path.state path.distance path.medium path.surface path.touch path.queue", "path.sample",
      {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.escape", "balance heuristic [Veach95]", "path.ray path.state path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
     {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]",
