@@ -49,7 +49,7 @@ static void begin(Case *c, const char *yaml, double tolerance, int mode) {
     options.knob_count = 2;
     options.knobs = knobs;
     ck_assert_msg(nph_job_make(c->context, c->scene, &options, &method, &job) == NPH_OK, "%s", nph_test_messages());
-    ck_assert_int_eq(NPH_NEW(c->context, 1, "scene", &c->single), NPH_OK);
+    ck_assert_int_eq(NPH_NEW(c->context, nph_single_groups(&job), "scene", &c->single), NPH_OK);
     ck_assert_int_eq(nph_alloc(c->context, nph_single_scratch_bytes(nph_single_fields(c->scene)), 1, "scratch", &c->memory), NPH_OK);
     nph_single_prepare(&job, c->single);
     nph_single_scratch_layout(c->memory, nph_single_fields(c->scene), &c->scratch);

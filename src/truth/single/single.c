@@ -74,7 +74,7 @@ static void close_single(void *opaque) {
 
 static NphStatus open_workers(SingleState *state) {
     NphContext *context = state->job.context;
-    NPH_TRY(NPH_NEW(context, 1, "scene of the marcher", &state->scene));
+    NPH_TRY(NPH_NEW(context, nph_single_groups(&state->job), "scene of the marcher", &state->scene));
     nph_single_prepare(&state->job, state->scene);
     NPH_TRY(NPH_NEW(context, state->threads, "workers", &state->workers));
     int fields = nph_single_fields(state->job.scene);
@@ -218,7 +218,7 @@ static NphStatus replay_with(const NphJob *job, NphSingleScene *scene, void *mem
 static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user) {
     NphSingleScene *scene = NULL;
     void *memory = NULL;
-    NphStatus status = NPH_NEW(job->context, 1, "scene of the marcher", &scene);
+    NphStatus status = NPH_NEW(job->context, nph_single_groups(job), "scene of the marcher", &scene);
     if (status == NPH_OK)
         status = nph_alloc(job->context, nph_single_scratch_bytes(nph_single_fields(job->scene)), 1, "pieces and panels of a ray", &memory);
     if (status == NPH_OK) status = replay_with(job, scene, memory, x, y, sample, line, user);
@@ -243,4 +243,5 @@ const NphMethod nph_single = {
     .statistics = statistics,
     .close = close_single,
     .replay = replay,
+    .takes_wavelengths = 1,
 };

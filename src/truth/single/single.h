@@ -78,13 +78,14 @@ typedef struct NphSingleAsk {
 } NphSingleAsk;
 void nph_single_tell(const NphSingleAsk *ask, const char *format, ...) NPH_PRINTF(2, 3);
 
-/* single_march.c: the sample of one camera ray. */
-void nph_single_march(const NphSingleScene *scene, NphSingleScratch *scratch, const RCameraRay *ray,
+/* single_march.c: the sample of one camera ray, all groups of wavelengths. */
+void nph_single_march(const NphSingleScene *scenes, NphSingleScratch *scratch, const RCameraRay *ray,
                       const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]);
 const NphSingleTally *nph_single_tally(const NphSingleScratch *scratch);
 
 /* single_scene.c */
-void nph_single_prepare(const NphJob *job, NphSingleScene *scene);
+int nph_single_groups(const NphJob *job);
+void nph_single_prepare(const NphJob *job, NphSingleScene *scenes); /* one a group of wavelengths; else one */
 NphStatus nph_single_plan(const NphJob *job, NphPlan *plan);
 
 #endif

@@ -4,6 +4,7 @@
  *     L = e^-tau L_infinity  +  sum over lights of  integral rho s albedo p e^-tau T_light dt  value
  * and, where the ray ends on a surface, e^-tau albedo / pi  sum over lights of  cos T_light value. Beams of light come
  * from single_light.c. Blinn's mode [Blinn82]: suns alone, each from its centre; in a layer the integral in closed form. */
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -47,7 +48,9 @@ void nph_single_scratch_layout(void *memory, int fields, NphSingleScratch **scra
 
 const NphSingleTally *nph_single_tally(const NphSingleScratch *scratch) { return &scratch->tally; }
 
-static void add(March *m, const double light[3], int order) {
+static void add(March *m, const double channels[3], int order) {
+    double light[3] = {channels[0], channels[1], channels[2]};
+    r_film_rgb(&m->scene->local, light);
     for (int c = 0; c < 3; c++) m->fields[NPH_SAMPLE_L0 + c] += light[c];
     m->fields[NPH_SAMPLE_ORDER] += (double)order * r_luminance(light);
 }
@@ -106,6 +109,7 @@ static void scatter(March *m, int l) {
 static void meet_point(const March *m, const NphPlace *place, double t, double h, double *sum, double glow[3]) {
     const RScene *local = &m->scene->local;
     double density[NPH_SINGLE_FIELDS], tau[3];
+    assert(m->scene->fields >= local->medium_count);
     nph_profile_at(&m->scratch->profile, place, t, density, tau);
     for (int c = 0; c < local->channels; c++) {
         double rate = 0.0, passes = h * nph_exp(-tau[c]);
@@ -236,13 +240,14 @@ static void leave(March *m) {
         m->fields[NPH_SAMPLE_T0 + c] = channel(m, m->T, c);
         light[c] = m->weight * channel(m, m->T, c) * sky[c];
     }
+    r_film_transmittance(local, m->fields + NPH_SAMPLE_T0);
     add(m, light, 0);
     nph_single_tell(m->ask, "  leaves: transmittance %.9g %.9g %.9g; adds %.9g %.9g %.9g", m->fields[NPH_SAMPLE_T0],
                     m->fields[NPH_SAMPLE_T1], m->fields[NPH_SAMPLE_T2], light[0], light[1], light[2]);
 }
 
-void nph_single_march(const NphSingleScene *scene, NphSingleScratch *scratch, const RCameraRay *ray,
-                      const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]) {
+static void march_group(const NphSingleScene *scene, NphSingleScratch *scratch, const RCameraRay *ray,
+                        const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]) {
     const RScene *local = &scene->local;
     March m = {.scene = scene, .scratch = scratch, .ray = ray, .ask = ask, .fields = fields, .weight = ray->weight};
     RMet met = {.surface = -1};
@@ -258,4 +263,18 @@ void nph_single_march(const NphSingleScene *scene, NphSingleScratch *scratch, co
     follow(&m, m.limit);
     if (meets) arrive(&m, &met);
     else leave(&m);
+}
+
+/* All groups of wavelengths on the same ray; each is worth the picture, so their mean is. */
+void nph_single_march(const NphSingleScene *scenes, NphSingleScratch *scratch, const RCameraRay *ray,
+                      const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]) {
+    int groups = scenes->local.groups;
+    march_group(scenes, scratch, ray, ask, fields);
+    for (int g = 1; g < groups; g++) {
+        double more[NPH_SAMPLE_FIELDS];
+        nph_single_tell(ask, "  group %d of wavelengths", g);
+        march_group(&scenes[g], scratch, ray, ask, more);
+        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] += more[f];
+    }
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] /= (double)groups;
 }

@@ -61,15 +61,31 @@ static void prepare_glows(NphSingleScene *scene) {
     }
 }
 
-void nph_single_prepare(const NphJob *job, NphSingleScene *scene) {
-    nph_single_choose(job, &scene->choice);
-    r_prepare_scene(job->scene, &scene->choice.transport, job->seed, job->frame, &scene->local);
+static void prepare_group(const NphJob *job, const NphSingleChoice *choice, int group, NphSingleScene *scene) {
+    scene->choice = *choice;
+    r_prepare_scene(job->scene, &choice->transport, job->seed, job->frame, &scene->local);
+    if (nph_scene_is_spectral(job->scene)) r_take_group(job->scene, group, &scene->local);
     prepare_glows(scene);
     scene->tolerance = job->knobs[NPH_SINGLE_KNOB_TOLERANCE];
     scene->panels = (int)job->knobs[NPH_SINGLE_KNOB_PANELS];
     scene->mode = (int)job->knobs[NPH_SINGLE_KNOB_MODE];
-    for (int l = 0; l < job->scene->light_count; l++)
-        for (int c = 0; c < 3; c++) scene->beam[l][c] = job->scene->lights[l].irradiance[c];
+    for (int l = 0; l < job->scene->light_count; l++) {
+        double sine = nph_sin(job->scene->lights[l].half_angle_rad);
+        double spread = scene->local.lights[l].disc.width > 0.0 ? 3.14159265358979323846 * sine * sine : 1.0;
+        for (int c = 0; c < 3; c++) scene->beam[l][c] = scene->local.lights[l].value[c] * spread;
+    }
+}
+
+int nph_single_groups(const NphJob *job) {
+    NphSingleChoice choice;
+    nph_single_choose(job, &choice);
+    return choice.transport.groups;
+}
+
+void nph_single_prepare(const NphJob *job, NphSingleScene *scenes) {
+    NphSingleChoice choice;
+    nph_single_choose(job, &choice);
+    for (int g = 0; g < choice.transport.groups; g++) prepare_group(job, &choice, g, &scenes[g]);
 }
 
 /* What the method leaves out by its nature, where the scene has it. */
@@ -113,7 +129,8 @@ NphStatus nph_single_plan(const NphJob *job, NphPlan *plan) {
     uint64_t threads = (uint64_t)nph_context_threads(context);
     uint64_t batch = NPH_SINGLE_BATCH * (sizeof(RCameraRay) + NPH_SAMPLE_FIELDS * sizeof(double));
     uint64_t scratch = nph_single_scratch_bytes(nph_single_fields(job->scene)) + nph_film_scratch_bytes(choice.transport.film_channels);
-    NPH_TRY(nph_plan_add(context, plan, "memory", "scene", sizeof(NphSingleScene), "in scene-local space, f64"));
+    NPH_TRY(nph_plan_add(context, plan, "memory", "scene", (uint64_t)choice.transport.groups * sizeof(NphSingleScene),
+                         "in scene-local space, f64"));
     NPH_TRY(nph_plan_add(context, plan, "memory", "batches", threads * batch, "%d rays each, one a thread", NPH_SINGLE_BATCH));
     NPH_TRY(nph_plan_add(context, plan, "memory", "scratch", threads * scratch, "pieces of the ray, panels, film scratch"));
     return nph_plan_add(context, plan, "memory", "film",
