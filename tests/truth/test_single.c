@@ -10,6 +10,8 @@
 #include "core/memory.h"
 #include "harness.h"
 #include "method/job.h"
+#include "optics/cie.h"
+#include "optics/wavelengths.h"
 #include "truth/single/single_profile.h"
 #include "truth/single/single_walk.h"
 
@@ -412,6 +414,35 @@ START_TEST(emission_is_integrated_as_it_is_absorbed) {
 }
 END_TEST
 
+/* A layer of a Rayleigh atmosphere whose depth goes with the fourth power, each wavelength in closed form. */
+START_TEST(wavelengths_become_the_colour_of_their_closed_forms) {
+    enum { COUNT = 7 };
+    static const double nm[COUNT] = {400, 440, 490, 540, 580, 630, 700};
+    double weight[NPH_MAX_WAVELENGTHS][3], xyz[3] = {0, 0, 0}, rgb[3], fields[NPH_SAMPLE_FIELDS], T = 0.0;
+    char list[512] = "", thick[512] = "";
+    nph_wavelength_weights(nm, COUNT, weight);
+    for (int i = 0; i < COUNT; i++) {
+        double tau = 0.3 * pow(550.0 / nm[i], 4.0);
+        snprintf(list + strlen(list), sizeof list - strlen(list), "%s%g", i ? ", " : "", nm[i]);
+        snprintf(thick + strlen(thick), sizeof thick - strlen(thick), "%s%.17g", i ? ", " : "", tau);
+        for (int k = 0; k < 3; k++)
+            xyz[k] += weight[i][k] * 0.5 * (3.0 / (16.0 * PI)) * 1.25 * 2.0 / 3.0 * (1.0 - exp(-3.0 * tau));
+        T += exp(-tau) / (double)COUNT;
+    }
+    nph_rgb_from_xyz(xyz, rgb);
+    for (int mode = 0; mode < 2; mode++) {
+        Case c;
+        begin(&c, text("nephos: 1\nwavelengths: [%s]\ncamera: {resolution: [4, 4], position: [0, 0, 3], look_at: [0, 1, 0], fov: 40}\n"
+                       "media:\n  - {layer: [0, 1], extinction: [%s], albedo: 0.5, phase: {type: rayleigh}}\n"
+                       "lights:\n  - {type: sun, elevation: 30, azimuth: 0, irradiance: 2}\n", list, thick), 1e-6, mode);
+        shoot(&c, (double[]){0, 0, 3}, (double[]){0, 0, -1}, fields);
+        for (int k = 0; k < 3; k++) ck_assert_double_le(fabs(fields[k] - rgb[k]), 1e-6 * rgb[1]);
+        ck_assert_double_le(fabs(fields[NPH_SAMPLE_T0] - T), 0.05 * T); /* groups of three: one wavelength counts twice */
+        end(&c);
+    }
+}
+END_TEST
+
 /* ---- tolerance ---- */
 
 static const char *const cloud = CAMERA
@@ -515,6 +546,32 @@ START_TEST(the_replay_of_its_samples_is_the_pixel) {
 }
 END_TEST
 
+START_TEST(threads_and_precision_change_no_bit) {
+    float first[48];
+    for (int run = 0; run < 3; run++) {
+        NphContext *context = nph_test_context(run == 1 ? 1 : 3);
+        NphScene *scene = NULL;
+        NphFilm *film = NULL;
+        NphImage image;
+        NphRenderOptions options;
+        ck_assert_int_eq(nph_scene_parse(context, cloud, strlen(cloud), "test.yaml", nph_test_path("reference/scenes"), &scene), NPH_OK);
+        nph_render_options_default(&options);
+        options.method = "single";
+        options.samples = 32;
+        options.precision = run == 2 ? 64 : 32;
+        ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_OK);
+        ck_assert_int_eq(nph_film_image(context, film, &image), NPH_OK);
+        const float *pixels = nph_image_channel(&image, "Variance.R")->pixels;
+        if (run == 0) memcpy(first, pixels, 16 * sizeof(float));
+        ck_assert_int_eq(memcmp(first, pixels, 16 * sizeof(float)), 0);
+        nph_image_free(context, &image);
+        nph_film_free(context, film);
+        nph_scene_free(context, scene);
+        nph_test_context_close(context);
+    }
+}
+END_TEST
+
 START_TEST(a_long_way_through_many_voxels_is_taken_in_stretches) {
     enum { N = 3000 };
     const char *path = nph_test_temporary("long.npy");
@@ -550,9 +607,11 @@ static void fill(TCase *cases) {
     tcase_add_loop_test(cases, a_box_and_a_grid_of_ones_are_one_medium, 0, 2);
     tcase_add_test(cases, sides_that_repeat_are_what_they_say);
     tcase_add_test(cases, emission_is_integrated_as_it_is_absorbed);
+    tcase_add_test(cases, wavelengths_become_the_colour_of_their_closed_forms);
     tcase_add_test(cases, errors_are_below_the_tolerance);
     tcase_add_test(cases, what_does_not_reach_its_tolerance_is_counted_and_told);
     tcase_add_test(cases, the_replay_of_its_samples_is_the_pixel);
+    tcase_add_test(cases, threads_and_precision_change_no_bit);
     tcase_add_test(cases, a_long_way_through_many_voxels_is_taken_in_stretches);
 }
 

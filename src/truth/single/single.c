@@ -10,24 +10,36 @@
 #include "core/pool.h"
 
 static const NphKnob knobs[NPH_SINGLE_KNOBS] = {
-    {"single.tolerance", "1", "largest estimated error of what a light sends by one scattering along a ray, relative to it",
+    {"single.tolerance", "1",
+     "largest estimated error of what a light sends by one scattering along a ray, relative to it",
      "accuracy against time", 1e-3, 1e-9, 0.1},
     {"single.panels", "1", "panels along the media on a ray to begin with, at least: what is narrower may be missed",
      "safety against time", 8.0, 1.0, 256.0},
-    {"single.mode", "1", "0: all lights, by quadrature [Kajiya84]; 1: suns alone, as parallel light, in a layer by the closed "
-     "form [Blinn82]", "completeness against time", 0.0, 0.0, 1.0},
+    {"single.mode", "1",
+     "0: all lights, by quadrature [Kajiya84]; 1: suns alone, as parallel light, in a layer by the closed "
+     "form [Blinn82]",
+     "completeness against time", 0.0, 0.0, 1.0},
 };
 
 static const NphStage stages[NPH_SINGLE_STAGES] = {
     {"single.generate", "camera rays of path", "", "single.ray", {NPH_SINGLE_BATCH, 1, 1}, 0},
-    {"single.march", "single scattering [Kajiya84] [Blinn82]; adaptive product rule", "single.ray", "single.sample", {1, 1, 1},
+    {"single.march",
+     "single scattering [Kajiya84] [Blinn82]; adaptive product rule",
+     "single.ray",
+     "single.sample",
+     {1, 1, 1},
      sizeof(int32_t) * NPH_SINGLE_PANELS_MAX},
-    {"single.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "single.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
+    {"single.accumulate",
+     "moments in a dyadic tree [Chan79] [Pebay08]",
+     "single.sample",
+     "film.node",
+     {NPH_TILE_PIXELS, 1, 1},
+     0},
 };
 
 static const NphBuffer buffers[] = {
-    {"single.ray", NPH_F64, "[9][ray]", "m, 1", "position and direction, scene-local; distance to the sensor, weight, density",
-     NPH_NEAR, NULL},
+    {"single.ray", NPH_F64, "[9][ray]", "m, 1",
+     "position and direction, scene-local; distance to the sensor, weight, density", NPH_NEAR, NULL},
     {"single.sample", NPH_F64, "[field][ray]", "W/m2/sr, m, 1", "what each ray carries", NPH_NEAR, NULL},
     {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_STAT, NULL},
 };
@@ -83,8 +95,8 @@ static NphStatus open_workers(SingleState *state) {
         NPH_TRY(NPH_NEW(context, NPH_SINGLE_BATCH, "camera rays", &worker->rays));
         NPH_TRY(NPH_NEW(context, NPH_SINGLE_BATCH * NPH_SAMPLE_FIELDS, "samples", &worker->samples));
         NPH_TRY(nph_alloc(context, nph_single_scratch_bytes(fields), 1, "pieces and panels of a ray", &worker->memory));
-        NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->scene->choice.transport.film_channels), 1, "film scratch",
-                          &worker->film_scratch));
+        NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->scene->choice.transport.film_channels), 1,
+                          "film scratch", &worker->film_scratch));
         nph_single_scratch_layout(worker->memory, fields, &worker->scratch);
     }
     return NPH_OK;
@@ -120,16 +132,19 @@ static void generate(const RScene *scene, const int origin[2], const int inside[
     for (int id = 0; id < NPH_SINGLE_BATCH; id++) {
         int x = origin[0] + ((id >> 4) & 15), y = origin[1] + (id >> 8);
         uint32_t pixel = (uint32_t)y * (uint32_t)scene->width + (uint32_t)x;
-        if (is_inside(inside, x, y)) rays[id] = camera_ray(scene, x, y, pixel, (uint32_t)(chunk * NPH_CHUNK + (id & 15)));
+        if (is_inside(inside, x, y))
+            rays[id] = camera_ray(scene, x, y, pixel, (uint32_t)(chunk * NPH_CHUNK + (id & 15)));
     }
 }
 
-static void march(const SingleState *state, SingleWorker *worker, const int origin[2], const int inside[4], int64_t chunk) {
+static void march(const SingleState *state, SingleWorker *worker, const int origin[2], const int inside[4],
+                  int64_t chunk) {
     const RScene *local = &state->scene->local;
     for (int id = 0; id < NPH_SINGLE_BATCH; id++) {
         int x = origin[0] + ((id >> 4) & 15), y = origin[1] + (id >> 8);
         double fields[NPH_SAMPLE_FIELDS] = {0.0};
-        NphSingleAsk ask = {(uint32_t)y * (uint32_t)local->width + (uint32_t)x, (uint32_t)(chunk * NPH_CHUNK + (id & 15)), NULL, NULL};
+        NphSingleAsk ask = {(uint32_t)y * (uint32_t)local->width + (uint32_t)x,
+                            (uint32_t)(chunk * NPH_CHUNK + (id & 15)), NULL, NULL};
         if (is_inside(inside, x, y)) nph_single_march(state->scene, worker->scratch, &worker->rays[id], &ask, fields);
         for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) worker->samples[f * NPH_SINGLE_BATCH + id] = fields[f];
     }
@@ -139,7 +154,8 @@ static void run_batch(SingleState *state, SingleWorker *worker, int64_t tile, in
     int origin[2], inside[4];
     nph_film_tile_rect(state->film, tile, origin, inside);
     int64_t rays = (int64_t)(inside[2] - inside[0]) * (inside[3] - inside[1]) * NPH_CHUNK;
-    NPH_LAUNCH(&worker->counts, NPH_SINGLE_GENERATE, rays, generate(&state->scene->local, origin, inside, chunk, worker->rays));
+    NPH_LAUNCH(&worker->counts, NPH_SINGLE_GENERATE, rays,
+               generate(&state->scene->local, origin, inside, chunk, worker->rays));
     NPH_LAUNCH(&worker->counts, NPH_SINGLE_MARCH, rays, march(state, worker, origin, inside, chunk));
     NPH_LAUNCH(&worker->counts, NPH_SINGLE_ACCUMULATE, NPH_TILE_PIXELS,
                nph_film_add_chunk(state->film, tile, chunk, 64, worker->samples, worker->film_scratch));
@@ -155,7 +171,8 @@ static NphStatus run_tile(void *opaque, int64_t tile, int index) {
         state->tiles_done += state->threads;
         double part = (double)state->tiles_done / (double)nph_film_tile_count(state->film);
         part = part < 1.0 ? part : 1.0;
-        double done = (double)state->done + part * (double)(state->end - state->begin), elapsed = nph_seconds() - state->started;
+        double done = (double)state->done + part * (double)(state->end - state->begin),
+               elapsed = nph_seconds() - state->started;
         double left = done > 0.0 ? elapsed * ((double)state->total - done) / done : -1.0;
         nph_progress(state->job.context, "marching", done, (double)state->total, left);
     }
@@ -207,9 +224,10 @@ static NphStatus replay_with(const NphJob *job, NphSingleScene *scene, void *mem
     RCameraRay ray = camera_ray(&scene->local, x, y, pixel, (uint32_t)sample);
     double fields[NPH_SAMPLE_FIELDS], at[3];
     for (int a = 0; a < 3; a++) at[a] = ray.p[a] + scene->local.origin[a];
-    nph_single_tell(&ask, "single: pixel %d,%d sample %lld, seed %u, frame %u", x, y, (long long)sample, job->seed, job->frame);
-    nph_single_tell(&ask, "  camera ray at %.9g %.9g %.9g (%.9g m from the sensor) along %.9g %.9g %.9g", at[0], at[1], at[2],
-                    ray.start, ray.d[0], ray.d[1], ray.d[2]);
+    nph_single_tell(&ask, "single: pixel %d,%d sample %lld, seed %u, frame %u", x, y, (long long)sample, job->seed,
+                    job->frame);
+    nph_single_tell(&ask, "  camera ray at %.9g %.9g %.9g (%.9g m from the sensor) along %.9g %.9g %.9g", at[0], at[1],
+                    at[2], ray.start, ray.d[0], ray.d[1], ray.d[2]);
     nph_single_march(scene, scratch, &ray, &ask, fields);
     nph_single_tell(&ask, "result: %.17g %.17g %.17g", fields[0], fields[1], fields[2]);
     return NPH_OK;
@@ -220,7 +238,8 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
     void *memory = NULL;
     NphStatus status = NPH_NEW(job->context, nph_single_groups(job), "scene of the marcher", &scene);
     if (status == NPH_OK)
-        status = nph_alloc(job->context, nph_single_scratch_bytes(nph_single_fields(job->scene)), 1, "pieces and panels of a ray", &memory);
+        status = nph_alloc(job->context, nph_single_scratch_bytes(nph_single_fields(job->scene)), 1,
+                           "pieces and panels of a ray", &memory);
     if (status == NPH_OK) status = replay_with(job, scene, memory, x, y, sample, line, user);
     nph_free(job->context, memory);
     nph_free(job->context, scene);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Lights as one sample of a ray meets them. Suns without a disc and points are one beam each. A light that has a size
- * gives one direction a ray and place (medium or surface), drawn by the light's own sampling or, as often, by the phase
- * functions or Lambert's cosine, weighed by the balance heuristic [Veach95]. The cosine between ray and direction is the
- * same all along the ray, so a phase function's peak costs no variance; constant lights are drawn by it alone. */
+ * Lights as one sample of a ray meets them. Suns without a disc and points are one beam each. A light that has a
+ * size gives one direction a ray and place (medium or surface), drawn by the light's own sampling or, as often, by
+ * the phase functions or Lambert's cosine, weighed by the balance heuristic [Veach95]. The cosine between ray and
+ * direction is the same all along the ray, so a phase function's peak costs no variance; constant lights are drawn
+ * by it alone. */
 #include <string.h>
 
 #include "transport/vertex_lookup.h"
@@ -17,7 +18,8 @@ static double turn_density(const RScene *local, const double d[3], const double 
     return sum / (double)local->medium_count;
 }
 
-static void draw_turn(const RScene *local, const double d[3], const double *normal, double choice, NphWords words, double n[3]) {
+static void draw_turn(const RScene *local, const double d[3], const double *normal, double choice, NphWords words,
+                      double n[3]) {
     double u = nph_uniform(words.w0), w = nph_uniform(words.w1);
     if (normal) {
         r_lambert_sample(normal, u, w, n);
@@ -29,9 +31,11 @@ static void draw_turn(const RScene *local, const double d[3], const double *norm
 }
 
 /* Radiance over density. Words: two for the direction, one for the technique and then the medium, one for the lobe. */
-static void draw_direction(const RScene *local, const double d[3], const double *normal, NphWords words, NphBeam *beam) {
+static void draw_direction(const RScene *local, const double d[3], const double *normal, NphWords words,
+                           NphBeam *beam) {
     const RLight *light = &local->lights[beam->light];
-    double u = nph_uniform(words.w0), w = nph_uniform(words.w1), choice = nph_uniform(words.w2), value[3] = {0.0, 0.0, 0.0};
+    double u = nph_uniform(words.w0), w = nph_uniform(words.w1), choice = nph_uniform(words.w2),
+           value[3] = {0.0, 0.0, 0.0};
     double density;
     if (light->kind == NPH_LIGHT_SUN) {
         r_disc_sample(&light->disc, u, w, beam->d);
@@ -44,7 +48,8 @@ static void draw_direction(const RScene *local, const double d[3], const double 
         int seen = light->hemisphere == 0 || beam->d[2] * (double)light->hemisphere > 0.0;
         for (int c = 0; c < 3; c++) value[c] = seen ? light->value[c] : 0.0;
     } else {
-        if (choice < 0.5) density = r_environment_sample(&light->map, u, w, beam->d, value);
+        if (choice < 0.5)
+            density = r_environment_sample(&light->map, u, w, beam->d, value);
         else {
             draw_turn(local, d, normal, 2.0 * choice - 1.0, words, beam->d);
             density = r_environment_lookup(&light->map, beam->d, value);

@@ -2,8 +2,9 @@
  *
  * The sample of one camera ray [Kajiya84, the low-albedo case]:
  *     L = e^-tau L_infinity  +  sum over lights of  integral rho s albedo p e^-tau T_light dt  value
- * and, where the ray ends on a surface, e^-tau albedo / pi  sum over lights of  cos T_light value. Beams of light come
- * from single_light.c. Blinn's mode [Blinn82]: suns alone, each from its centre; in a layer the integral in closed form. */
+ * and, where the ray ends on a surface, e^-tau albedo / pi sum over lights of cos T_light value. Beams of light come
+ * from single_light.c. Blinn's mode [Blinn82]: suns alone, each from its centre; in a layer the integral in closed
+ * form. */
 #include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -96,13 +97,18 @@ static void scatter(March *m, int l) {
     for (int c = 0; c < 3; c++) any = beam.value[c] > any ? beam.value[c] : any;
     if (!(any > 0.0)) return;
     int closed = m->scene->choice.layer && m->scene->mode == NPH_SINGLE_BLINN;
-    if (closed) scatter_layer(m, &beam, result);
-    else nph_single_integrate(m->scene, m->scratch, m->ray->p, m->ray->d, &beam, result, error);
+    if (closed)
+        scatter_layer(m, &beam, result);
+    else
+        nph_single_integrate(m->scene, m->scratch, m->ray->p, m->ray->d, &beam, result, error);
     for (int c = 0; c < 3; c++) light[c] = m->weight * channel(m, result, c) * beam.value[c];
     add(m, light, 1);
-    nph_single_tell(m->ask, "    light %d%s: %.9g per unit, error at most %.2g by estimate, %lld optical depths of %lld voxels; "
-                    "adds %.9g %.9g %.9g", l, closed ? " in closed form" : "", result[0], error[0],
-                    (long long)(tally->points - points), (long long)(tally->walked.voxels - voxels), light[0], light[1], light[2]);
+    nph_single_tell(
+        m->ask,
+        "    light %d%s: %.9g per unit, error at most %.2g by estimate, %lld optical depths of %lld voxels; "
+        "adds %.9g %.9g %.9g",
+        l, closed ? " in closed form" : "", result[0], error[0], (long long)(tally->points - points),
+        (long long)(tally->walked.voxels - voxels), light[0], light[1], light[2]);
 }
 
 /* One Gauss point: where the ray is scattered first, in the mean over channels, and what is emitted. */
@@ -136,7 +142,8 @@ static void meet(March *m, const double before[3], const double behind[3]) {
         while (place.active && t < e) {
             double thin = nph_profile_thin(profile, &place, t, e);
             for (int g = 0; g < NPH_GAUSS; g++)
-                meet_point(m, &place, t + (thin - t) * nph_gauss_point[g], (thin - t) * nph_gauss_weight[g], &sum, glow);
+                meet_point(m, &place, t + (thin - t) * nph_gauss_point[g], (thin - t) * nph_gauss_weight[g], &sum,
+                           glow);
             t = thin;
         }
         t = e;
@@ -170,7 +177,8 @@ static void follow(March *m, double limit) {
         nph_profile_build(profile, m->scene, m->ray->p, m->ray->d, limit, &m->scratch->tally.walked);
         depths(m, tau);
         meet(m, before, tau);
-        nph_single_tell(m->ask, "  %g m to %g m: optical depth %.9g to %.9g", profile->begin, profile->end, before[0], tau[0]);
+        nph_single_tell(m->ask, "  %g m to %g m: optical depth %.9g to %.9g", profile->begin, profile->end, before[0],
+                        tau[0]);
         for (int l = 0; l < local->light_count; l++)
             if (m->scene->choice.scattered[l]) scatter(m, l);
         if (m->scene->choice.layer && m->scene->mode == NPH_SINGLE_BLINN) break;
@@ -191,11 +199,13 @@ static void light_sensor(March *m, int l) {
     cosine = flux ? cosine : 1.0;
     if (!(cosine > 0.0) || r_blocked(local, m->ray->at, sample.d, sample.distance)) return;
     nph_single_transmittance(local, m->ray->at, sample.d, sample.distance, &m->scratch->tally.walked, T);
-    double balance = sample.pdf > 0.0 ? r_balance(sample.pdf, cosine * (flux ? 0.31830988618379067154 : 0.079577471545947667884)) : 1.0;
+    double balance = sample.pdf > 0.0
+                         ? r_balance(sample.pdf, cosine * (flux ? 0.31830988618379067154 : 0.079577471545947667884))
+                         : 1.0;
     for (int c = 0; c < 3; c++) light[c] = cosine * balance * channel(m, T, c) * sample.value[c];
     add(m, light, 0);
-    nph_single_tell(m->ask, "  light %d at the sensor: transmittance %.9g, weight %.6g; adds %.9g %.9g %.9g", l, T[0], balance,
-                    light[0], light[1], light[2]);
+    nph_single_tell(m->ask, "  light %d at the sensor: transmittance %.9g, weight %.6g; adds %.9g %.9g %.9g", l, T[0],
+                    balance, light[0], light[1], light[2]);
 }
 
 /* Light of one lamp that a surface reflects to the sensor: e^-tau albedo cos / pi T V value. */
@@ -217,8 +227,8 @@ static void reflect(March *m, const RMet *met, int l) {
         arrives[c] = m->weight * channel(m, m->T, c) * local->surfaces.albedo[met->surface][c] * density * fall *
                      channel(m, T, c) * beam.value[c];
     add(m, arrives, 1);
-    nph_single_tell(m->ask, "    light %d: transmittance %.9g, cos %.9g; adds %.9g %.9g %.9g", l, T[0], r_dot(met->n, to),
-                    arrives[0], arrives[1], arrives[2]);
+    nph_single_tell(m->ask, "    light %d: transmittance %.9g, cos %.9g; adds %.9g %.9g %.9g", l, T[0],
+                    r_dot(met->n, to), arrives[0], arrives[1], arrives[2]);
 }
 
 static void arrive(March *m, const RMet *met) {
@@ -261,8 +271,10 @@ static void march_group(const NphSingleScene *scene, NphSingleScratch *scratch, 
     int meets = local->surfaces.count > 0 && r_closest_surface(local, ray->p, ray->d, R_HUGE, &met);
     m.limit = meets ? met.limit : R_HUGE;
     follow(&m, m.limit);
-    if (meets) arrive(&m, &met);
-    else leave(&m);
+    if (meets)
+        arrive(&m, &met);
+    else
+        leave(&m);
 }
 
 /* All groups of wavelengths on the same ray; each is worth the picture, so their mean is. */

@@ -3,8 +3,8 @@
  * See single_profile.h. */
 #include "truth/single/single_profile.h"
 
-const double nph_gauss_point[NPH_GAUSS] = {0.046910077030668003601, 0.23076534494715845448, 0.5,
-                                           0.76923465505284154552, 0.9530899229693319964};
+const double nph_gauss_point[NPH_GAUSS] = {0.046910077030668003601, 0.23076534494715845448, 0.5, 0.76923465505284154552,
+                                           0.9530899229693319964};
 const double nph_gauss_weight[NPH_GAUSS] = {0.11846344252809454376, 0.23931433524968323402, 0.28444444444444444444,
                                             0.23931433524968323402, 0.11846344252809454376};
 
@@ -76,20 +76,23 @@ static void add_whole(const NphLine *line, Filling *filling) {
     filling->full |= end < line->far;
 }
 
-static void add_medium(const RMedium *medium, const double p[3], const double d[3], const double range[2], Filling *filling) {
+static void add_medium(const RMedium *medium, const double p[3], const double d[3], const double range[2],
+                       Filling *filling) {
     NphLine line;
     NphLineImage image;
     if (!nph_image_first(medium, p, d, range[0], range[1], &image)) return;
     do {
         if (!nph_line_clip(medium, image.q, d, image.from, image.to, &line)) continue;
-        if (medium->shape == NPH_SHAPE_GRID) add_voxels(medium, &line, filling);
-        else add_whole(&line, filling);
+        if (medium->shape == NPH_SHAPE_GRID)
+            add_voxels(medium, &line, filling);
+        else
+            add_whole(&line, filling);
     } while (!filling->full && nph_image_next(medium, p, d, &image));
     filling->walked->exhausted += image.left == 0;
 }
 
-void nph_profile_build(NphProfile *profile, const NphSingleScene *scene, const double p[3], const double d[3], double limit,
-                       NphWalked *walked) {
+void nph_profile_build(NphProfile *profile, const NphSingleScene *scene, const double p[3], const double d[3],
+                       double limit, NphWalked *walked) {
     profile->scene = scene;
     profile->begin = profile->end;
     profile->end = limit;
@@ -97,7 +100,8 @@ void nph_profile_build(NphProfile *profile, const NphSingleScene *scene, const d
     for (int f = 0; f < scene->fields; f++) {
         const RMedium *field = field_of(scene, f);
         double range[2] = {profile->begin, limit};
-        Filling filling = {profile->pieces[f], 0, nph_single_opaque(&scene->local, field, NPH_SINGLE_OPAQUE), profile->total[f], 0, walked};
+        Filling filling = {profile->pieces[f], 0, nph_single_opaque(&scene->local, field, NPH_SINGLE_OPAQUE),
+                           profile->total[f],  0, walked};
         add_medium(field, p, d, range, &filling);
         profile->count[f] = filling.count;
         profile->total[f] = filling.depth;
@@ -140,15 +144,18 @@ void nph_profile_seek(const NphProfile *profile, double t, NphPlace *place) {
         int low = 0, high = profile->count[m]; /* the first piece that ends behind t */
         while (low < high) {
             int middle = (low + high) / 2;
-            if (pieces[middle].t1 > t) high = middle;
-            else low = middle + 1;
+            if (pieces[middle].t1 > t)
+                high = middle;
+            else
+                low = middle + 1;
         }
         place->at[m] = low;
     }
     place->active = 0;
 }
 
-void nph_profile_at(const NphProfile *profile, const NphPlace *place, double t, double density[NPH_SINGLE_FIELDS], double tau[3]) {
+void nph_profile_at(const NphProfile *profile, const NphPlace *place, double t, double density[NPH_SINGLE_FIELDS],
+                    double tau[3]) {
     const RScene *scene = &profile->scene->local;
     for (int c = 0; c < scene->channels; c++) tau[c] = 0.0;
     for (int m = 0; m < profile->scene->fields; m++) {

@@ -23,8 +23,8 @@ typedef struct Integral {
     int crowded; /* no room for a panel: part of the ray is missing */
 } Integral;
 
-void nph_single_transmittance(const RScene *scene, const double x[3], const double d[3], double limit, NphWalked *walked,
-                              double T[3]) {
+void nph_single_transmittance(const RScene *scene, const double x[3], const double d[3], double limit,
+                              NphWalked *walked, double T[3]) {
     double tau[3] = {0.0, 0.0, 0.0};
     for (int m = 0; m < scene->medium_count; m++) {
         const RMedium *medium = &scene->media[m];
@@ -103,7 +103,8 @@ typedef struct Weights {
 } Weights;
 
 /* One Gauss point: adds h rho s albedo e^-tau [/ r^2] l_k. */
-static void add_point(const Integral *q, const NphPanel *panel, const NphPlace *place, double t, double h, Weights *weights) {
+static void add_point(const Integral *q, const NphPanel *panel, const NphPlace *place, double t, double h,
+                      Weights *weights) {
     const RScene *scene = &q->scene->local;
     double density[NPH_SINGLE_FIELDS], tau[3], l[NPH_NODES], s = t - q->middle;
     nph_profile_at(&q->scratch->profile, place, t, density, tau);
@@ -135,7 +136,8 @@ static void weigh(const Integral *q, const NphPanel *panel, Weights *weights) {
             double thin = nph_profile_thin(profile, &place, t, e);
             if (q->beam->point) thin = near_point(q, t, thin);
             for (int g = 0; g < NPH_GAUSS; g++)
-                add_point(q, panel, &place, t + (thin - t) * nph_gauss_point[g], (thin - t) * nph_gauss_weight[g], weights);
+                add_point(q, panel, &place, t + (thin - t) * nph_gauss_point[g], (thin - t) * nph_gauss_weight[g],
+                          weights);
             t = thin;
         }
         t = e;
@@ -174,8 +176,10 @@ static void find_edge(const Integral *q, int lit, double *lo, double *hi) {
     for (;;) {
         double middle = 0.5 * (*lo + *hi);
         if (!(middle > *lo && middle < *hi)) return;
-        if (is_lit(q, middle) == lit) *lo = middle;
-        else *hi = middle;
+        if (is_lit(q, middle) == lit)
+            *lo = middle;
+        else
+            *hi = middle;
     }
 }
 
@@ -236,7 +240,8 @@ static void begin_lit(Integral *q, double from, double to, double length) {
     }
 }
 
-/* The same where surfaces may cast shadows: probed at sixteen points of such a panel, cut where the light comes and goes. */
+/* The same where surfaces may cast shadows: probed at sixteen points of such a panel, cut where the light comes and
+ * goes. */
 static void begin_panels(Integral *q, double from, double to, double length) {
     if (q->scene->local.surfaces.count == 0) {
         begin_lit(q, from, to, length);
@@ -380,7 +385,8 @@ void nph_single_integrate(const NphSingleScene *scene, NphSingleScratch *scratch
     scratch->tally.integrals++;
     for (int i = 0; i < q.count; i++) scratch->panels[i].key = key_of(&q, &scratch->panels[i]);
     for (int i = q.count / 2 - 1; i >= 0; i--) heap_down(&q, i);
-    while (!is_converged(&q) && q.count < NPH_SINGLE_PANELS_MAX && scratch->panels[scratch->heap[0]].key > 0.0) halve(&q);
+    while (!is_converged(&q) && q.count < NPH_SINGLE_PANELS_MAX && scratch->panels[scratch->heap[0]].key > 0.0)
+        halve(&q);
     double worst = q.crowded ? 1.0 : 0.0;
     for (int c = 0; c < scene->local.channels; c++) { /* sums anew: nothing left over from what was subtracted */
         double value = 0.0, remains = 0.0;

@@ -102,7 +102,8 @@ static NphStatus plan_missing(const NphJob *job, const NphSingleChoice *choice, 
                                  "albedo %g: light scattered twice or more is missing, and counts above 0.3", most));
     }
     for (int m = 0; m < scene->medium_count; m++)
-        if (scene->media[m].emission.kind != NPH_EMISSION_NONE && choice->transport.scatters + choice->transport.reflects > 0)
+        if (scene->media[m].emission.kind != NPH_EMISSION_NONE &&
+            choice->transport.scatters + choice->transport.reflects > 0)
             NPH_TRY(nph_plan_add(context, plan, "left out", scene->media[m].name, 0,
                                  "as a light: what it emits is seen, not scattered"));
     for (int l = 0; l < scene->light_count; l++) {
@@ -122,17 +123,21 @@ NphStatus nph_single_plan(const NphJob *job, NphPlan *plan) {
     nph_single_choose(job, &choice);
     for (int s = 0; s < nph_single.stage_count; s++) {
         const NphStage *stage = &nph_single.stages[s];
-        NPH_TRY(nph_plan_add(context, plan, "stage", stage->name, 0, "%s; blocks of %d", stage->source, stage->block[0]));
+        NPH_TRY(
+            nph_plan_add(context, plan, "stage", stage->name, 0, "%s; blocks of %d", stage->source, stage->block[0]));
     }
     NPH_TRY(nph_transport_plan(context, job->scene, &choice.transport, plan));
     NPH_TRY(plan_missing(job, &choice, plan));
     uint64_t threads = (uint64_t)nph_context_threads(context);
     uint64_t batch = NPH_SINGLE_BATCH * (sizeof(RCameraRay) + NPH_SAMPLE_FIELDS * sizeof(double));
-    uint64_t scratch = nph_single_scratch_bytes(nph_single_fields(job->scene)) + nph_film_scratch_bytes(choice.transport.film_channels);
+    uint64_t scratch = nph_single_scratch_bytes(nph_single_fields(job->scene)) +
+                       nph_film_scratch_bytes(choice.transport.film_channels);
     NPH_TRY(nph_plan_add(context, plan, "memory", "scene", (uint64_t)choice.transport.groups * sizeof(NphSingleScene),
                          "in scene-local space, f64"));
-    NPH_TRY(nph_plan_add(context, plan, "memory", "batches", threads * batch, "%d rays each, one a thread", NPH_SINGLE_BATCH));
-    NPH_TRY(nph_plan_add(context, plan, "memory", "scratch", threads * scratch, "pieces of the ray, panels, film scratch"));
+    NPH_TRY(nph_plan_add(context, plan, "memory", "batches", threads * batch, "%d rays each, one a thread",
+                         NPH_SINGLE_BATCH));
+    NPH_TRY(
+        nph_plan_add(context, plan, "memory", "scratch", threads * scratch, "pieces of the ray, panels, film scratch"));
     return nph_plan_add(context, plan, "memory", "film",
                         nph_film_forecast_bytes(job->scene->sensor.width, job->scene->sensor.height, job->crop,
                                                 choice.transport.film_channels, job->sample_begin, job->sample_end),

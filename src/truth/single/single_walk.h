@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The voxels that a line crosses, in their order [Amanatides87], and the density in them; empty cells of 4^3 samples are
- * crossed as far as the grid knows them to be empty. Within one voxel a trilinear density is a polynomial of third
- * degree along a line, so two Gauss points [Golub69] integrate it exactly: optical depths have no error but rounding.
- * A nearest lookup is constant between planes half a sample off. Where sides repeat, a line crosses one image of the
- * medium after the other, cut to the period; distances go on. */
+ * The voxels that a line crosses, in their order [Amanatides87], and the density in them; empty cells of 4^3 samples
+ * are crossed as far as the grid knows them to be empty. Within one voxel a trilinear density is a polynomial of
+ * third degree along a line, so two Gauss points [Golub69] integrate it exactly: optical depths have no error but
+ * rounding. A nearest lookup is constant between planes half a sample off. Where sides repeat, a line crosses one
+ * image of the medium after the other, cut to the period; distances go on. */
 #ifndef NPH_TRUTH_SINGLE_WALK_H
 #define NPH_TRUTH_SINGLE_WALK_H
 
@@ -32,7 +32,8 @@ static inline int nph_line_clip(const RMedium *medium, const double p[3], const 
             double first = t0 < t1 ? t0 : t1, last = t0 < t1 ? t1 : t0;
             line->near = first > line->near ? first : line->near;
             line->far = last < line->far ? last : line->far;
-        } else if (!(line->o[a] >= medium->lo[a] && line->o[a] < medium->hi[a])) return 0;
+        } else if (!(line->o[a] >= medium->lo[a] && line->o[a] < medium->hi[a]))
+            return 0;
     }
     return line->near < line->far;
 }
@@ -41,10 +42,10 @@ static inline int nph_line_clip(const RMedium *medium, const double p[3], const 
  * is reached. */
 typedef struct NphVoxelWalk {
     int32_t cell[3], step, v[3];
-    int within, by;       /* in the voxels of a cell that is not empty; axis along which the cell is left */
+    int within, by; /* in the voxels of a cell that is not empty; axis along which the cell is left */
     double t, end, next[3];
-    double shift;         /* nearest: voxels reach half a sample to either side */
-    int32_t first, last;  /* voxels of a cell, from four times its number */
+    double shift;        /* nearest: voxels reach half a sample to either side */
+    int32_t first, last; /* voxels of a cell, from four times its number */
 } NphVoxelWalk;
 
 static inline int32_t nph_walk_floor(double u, int32_t lo, int32_t hi) {
@@ -103,8 +104,8 @@ static inline int nph_walk_cross(const RMedium *medium, const NphLine *line, Nph
 }
 
 /* The next voxel that the line crosses, from t to e; 0 at the end. */
-static inline int nph_walk_voxel(const RMedium *medium, const NphLine *line, NphVoxelWalk *walk, int32_t v[3], double *t,
-                                 double *e) {
+static inline int nph_walk_voxel(const RMedium *medium, const NphLine *line, NphVoxelWalk *walk, int32_t v[3],
+                                 double *t, double *e) {
     for (;;) {
         while (walk->within) {
             int a = walk->next[0] < walk->next[1] ? 0 : 1;
@@ -118,7 +119,8 @@ static inline int nph_walk_voxel(const RMedium *medium, const NphLine *line, Nph
                 walk->next[a] = ((double)(walk->v[a] + (way > 0 ? 1 : 0)) - walk->shift - line->o[a]) * line->inv[a];
                 int32_t within = walk->v[a] - 4 * walk->cell[a];
                 walk->within = within >= walk->first && within <= walk->last;
-            } else walk->within = 0;
+            } else
+                walk->within = 0;
             if (!(*e > *t)) continue;
             walk->t = *e;
             return 1;
@@ -171,8 +173,8 @@ static inline void nph_image_reach(const RMedium *medium, const double p[3], con
 }
 
 /* The first image that [from, limit] meets; 0 when it never meets the medium. */
-static inline int nph_image_first(const RMedium *medium, const double p[3], const double d[3], double from, double limit,
-                                  NphLineImage *image) {
+static inline int nph_image_first(const RMedium *medium, const double p[3], const double d[3], double from,
+                                  double limit, NphLineImage *image) {
     *image = (NphLineImage){{p[0], p[1], p[2]}, from, limit, limit, {0, 0}, NPH_MAX_IMAGES};
     const RPeriod *period = &medium->period;
     if (!period->on) return from < limit;
@@ -221,7 +223,8 @@ static inline double nph_line_depth(const RMedium *medium, const NphLine *line, 
         walked->voxels++;
         if (!nph_voxel_corners(medium, v, corner)) continue;
         double middle = 0.5 * (t + e), half = 0.5 * (e - t), off = half * 0.57735026918962576451;
-        depth += half * (nph_voxel_density(line, v, corner, middle - off) + nph_voxel_density(line, v, corner, middle + off));
+        depth += half *
+                 (nph_voxel_density(line, v, corner, middle - off) + nph_voxel_density(line, v, corner, middle + off));
     }
     return depth;
 }
