@@ -57,6 +57,47 @@ START_TEST(direct_light_is_single_scattering_in_closed_form) {
 }
 END_TEST
 
+/* Little albedo: what photons bring is 3% of the picture, and its bias a tenth of that. Every kind of light and sensor. */
+START_TEST(dim_media_agree_with_path) {
+    static const char *const sensors[] = {
+        "{resolution: [12, 12], position: [-1.6, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 40}",
+        "{type: flux, resolution: [8, 8], position: [0.5, 0.5, 0.5], direction: [0, 0.3, 1], up: [0, 1, 0], extent: 0.6}",
+        "{type: fluence, resolution: [8, 8], position: [0.5, 0.5, 0.5], direction: [0, 0.3, 1], up: [0, 1, 0], extent: 0.6}",
+        "{type: fisheye, resolution: [12, 12], position: [0.5, 0.4, 1.2], direction: [0, 0, -1], up: [0, 1, 0], fov: 150}",
+    };
+    static const char *const scene =
+        "nephos: 1\ncamera: %s\nmedia:\n"
+        "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 4, 1], albedo: 0.06, phase: {type: hg, g: 0.5}}\n"
+        "  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: [20, 30, 9], albedo: 0.05, phase: {type: rayleigh},\n"
+        "     transform: [{scale: 0.4}, {rotate: {axis: [1, 2, 3], angle: 40}}, {translate: [0.5, 0.4, 0.5]}]}\n"
+        "lights:\n  - {type: sun, direction: [-1, 0.2, 1], irradiance: [9, 6, 3], angular_diameter: 20}\n"
+        "  - {type: sun, direction: [1, -0.2, 0.4], irradiance: [3, 6, 3]}\n"
+        "  - {type: constant, radiance: 0.1, hemisphere: lower}\n"
+        "  - {type: environment, file: ../data/env/exr_variants/sunset256_float_zip.exr, rotation: 70, scale: 0.2}\n"
+        "  - {type: point, position: [-0.5, 0.5, 1.5], intensity: [3, 2, 3]}\n";
+    static const char *const channels[] = {"R", "G", "B"};
+    static const char *const knobs[] = {"photonmap.photons=3000", "photonmap.nearest=20"};
+    RenderCase photons, path;
+    NphRenderOptions options = photon_options(128, 32, 2, knobs), plain = render_options(2048, 32);
+    options.seed_given = 1;
+    options.seed = 33;
+    render_case(&photons, render_text(scene, sensors[_i]), &options, 0);
+    render_case(&path, render_text(scene, sensors[_i]), &plain, 0);
+    for (int c = 0; c < 3; c++) {
+        double a = render_mean(&photons, channels[c]), b = render_mean(&path, channels[c]);
+        double ea = render_error(&photons, channels[c]), eb = render_error(&path, channels[c]), error = sqrt(ea * ea + eb * eb);
+        printf("    sensor %d %s: %.5f +- %.5f, path %.5f +- %.5f, z %+.2f\n", _i, channels[c], a, ea, b, eb, (a - b) / error);
+        ck_assert_double_lt(error, 0.03 * b);
+        ck_assert_double_le(fabs(a - b), 4.0 * error + 0.005 * b);
+    }
+    double covered = render_mean(&photons, "A") - render_mean(&path, "A");
+    printf("    sensor %d: A differs by %+.5f\n", _i, covered);
+    ck_assert_double_le(fabs(covered), 0.01);
+    render_free(&photons);
+    render_free(&path);
+}
+END_TEST
+
 /* Only the transmittance and the lights behind. */
 START_TEST(without_scattering_no_sample_varies) {
     static const char *const scenes[] = {
@@ -176,6 +217,7 @@ END_TEST
 
 static void fill(TCase *tests) {
     tcase_add_loop_test(tests, direct_light_is_single_scattering_in_closed_form, 0, 2);
+    tcase_add_loop_test(tests, dim_media_agree_with_path, 0, 4);
     tcase_add_loop_test(tests, without_scattering_no_sample_varies, 0, 4);
     tcase_add_loop_test(tests, few_photons_are_no_exception, 0, 4);
     tcase_add_test(tests, bias_shrinks_with_photons);

@@ -7,6 +7,7 @@
 
 #include "truth/photonmap/photonmap_2_estimate.h"
 #include "truth/photonmap/photonmap_depth.h"
+#include "truth/photonmap/photonmap_emit.h"
 
 void NPH_KERNEL(photonmap_uniform)(NphPhotonMap *map, uint32_t seed) {
     RPhoton *photons = map->photons;
@@ -68,4 +69,20 @@ double NPH_KERNEL(photonmap_depth_sum)(const void *scene, const double ray[6], c
             sum += medium->shape == NPH_SHAPE_GRID ? (double)r_grid_value(&medium->grid, u[0], u[1], u[2]) : 1.0;
     }
     return sum * width;
+}
+
+double NPH_KERNEL(photonmap_sky_power)(const void *scene) {
+    enum { ROWS = 512, COLUMNS = 1024 };
+    const RScene *local = &((const RPhotonScene *)scene)->local;
+    double sum = 0.0;
+    for (int row = 0; row < ROWS; row++)
+        for (int column = 0; column < COLUMNS; column++) {
+            double z = 1.0 - 2.0 * (row + 0.5) / ROWS, across = nph_sqrt(1.0 - z * z), sine, cosine, areas[3];
+            nph_sincos2pi((column + 0.5) / COLUMNS, &sine, &cosine);
+            Real d[3] = {(Real)(across * cosine), (Real)(across * sine), (Real)z}, radiance[3];
+            double along[3] = {(double)d[0], (double)d[1], (double)d[2]};
+            r_environment_lookup(&local->lights[0].map, d, radiance);
+            sum += (double)radiance[0] * r_box_areas(local, along, areas);
+        }
+    return sum * 12.566370614359172 / (ROWS * COLUMNS);
 }

@@ -23,4 +23,8 @@ NPH_KERNEL_DECLARE(double, photonmap_depth, (const void *scene, const double ray
 NPH_KERNEL_DECLARE(double, photonmap_depth_sum,
                    (const void *scene, const double ray[6], const double range[2], int steps));
 
+/* Power [W] that the scene's first light, an environment, sends into the box around all media: channel 0, by summing over
+ * directions. */
+NPH_KERNEL_DECLARE(double, photonmap_sky_power, (const void *scene));
+
 #endif

@@ -125,6 +125,16 @@ START_TEST(the_first_collisions_scatter_what_the_lights_send) {
 }
 END_TEST
 
+START_TEST(the_sky_of_a_map_sends_its_integral) {
+    const char *yaml = SCENE(BLOCK, "type: environment, file: ../data/env/exr_variants/sunset256_float_zip.exr, rotation: 70");
+    Maker m;
+    maker_open(&m, yaml, 64, 1, 0, NULL);
+    double power = photonmap_sky_power_f64_base(m.memory);
+    maker_close(&m);
+    check_power("environment", yaml, 1, 0.5 * power);
+}
+END_TEST
+
 START_TEST(thinning_keeps_the_power_and_fills_the_room) {
     static const char *const knobs[] = {"photonmap.photons=300", "photonmap.emitted=2000", "photonmap.direct=0"};
     Maker m;
@@ -360,6 +370,7 @@ END_TEST
 static void fill(TCase *tests) {
     tcase_add_test(tests, in_a_white_furnace_all_media_scatter_four_pi_per_volume);
     tcase_add_test(tests, the_first_collisions_scatter_what_the_lights_send);
+    tcase_add_test(tests, the_sky_of_a_map_sends_its_integral);
     tcase_add_test(tests, thinning_keeps_the_power_and_fills_the_room);
     tcase_add_test(tests, the_estimate_of_a_uniform_density_is_exact_in_the_mean);
     tcase_add_loop_test(tests, optical_depths_are_the_integral_of_the_density, 0, 3);
