@@ -4,6 +4,7 @@
  * importance sampling is at work in the former only), and every knob of the path tracer at its ends. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "harness.h"
 #include "render_case.h"
@@ -85,7 +86,9 @@ START_TEST(no_knob_changes_the_mean) {
         {"path.roulette=0.1", "path.shadow_roulette=0.05", "path.weighed=0.5", "path.towards_sun=0.3", "path.least_light=0.5",
          "path.emission_events=2", "path.near_light=1"},
     };
-    ck_assert_int_eq(nph_knob_count(), KNOBS);
+    int known = 0; /* other methods have theirs */
+    for (int k = 0; k < nph_knob_count(); k++) known += strncmp(nph_knob(k)->name, "path.", 5) == 0;
+    ck_assert_int_eq(known, KNOBS);
     const char *yaml = render_text(grey_scenes[_i / 2], shapes[_i % 2]);
     double mean[3], error[3];
     for (int i = 0; i < 3; i++) {

@@ -88,6 +88,32 @@ START_TEST(the_plan_names_what_it_leaves_out) {
 }
 END_TEST
 
+START_TEST(the_plan_warns_of_hot_grids_that_nothing_emits) {
+    static const char *const media[] = {"", ", emission: {type: blackbody, scale: 2000}"};
+    for (int emits = 0; emits < 2; emits++) {
+        NphContext *context = nph_test_context(1);
+        NphScene *scene = NULL;
+        NphPlan plan;
+        const char *text = render_text(CAMERA "media:\n  - {name: plume, density: {file: ../data/vdb/plume32_f20_BLOSC_float32.vdb}, extinction: 10, albedo: 0.5%s}\n",
+                                       media[emits]);
+        NphStatus status = nph_scene_parse(context, text, strlen(text), "test.yaml", nph_test_path("reference/scenes"), &scene);
+        ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+        NphRenderOptions options = render_options(32, 32);
+        ck_assert_int_eq(nph_plan_make(context, scene, &options, &plan), NPH_OK);
+        int warned = 0, dark = 0;
+        for (int i = 0; i < plan.line_count; i++) {
+            warned += strcmp(plan.lines[i].kind, "warning") == 0 && strstr(plan.lines[i].text, "'temperature', which is not modelled");
+            dark += strcmp(plan.lines[i].kind, "warning") == 0 && strstr(plan.lines[i].text, "will be black");
+        }
+        ck_assert_int_eq(warned, !emits);
+        ck_assert_int_eq(dark, !emits);
+        nph_plan_free(context, &plan);
+        nph_scene_free(context, scene);
+        nph_test_context_close(context);
+    }
+}
+END_TEST
+
 START_TEST(weighed_flights_agree_with_the_full_plan) {
     static const char *const scene =
         CAMERA "media:\n  - {%s, extinction: %g, albedo: 0.6, phase: {type: hg, g: 0.5}}\nsurfaces: [%s]\nlights:\n  - {type: constant, radiance: 1}\n";
@@ -116,6 +142,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_loop_test(cases, a_full_plan_gives_the_same_bits, 0, (int)(sizeof scenes / sizeof *scenes));
     tcase_add_loop_test(cases, the_plan_names_what_it_leaves_out, 0, (int)(sizeof scenes / sizeof *scenes));
+    tcase_add_test(cases, the_plan_warns_of_hot_grids_that_nothing_emits);
     tcase_add_test(cases, weighed_flights_agree_with_the_full_plan);
 }
 
