@@ -321,6 +321,30 @@ START_TEST(each_channel_of_coloured_surfaces_is_a_grey_surface_of_its_albedo) {
 }
 END_TEST
 
+/* Two meshes with a plane between them in the list, and triangles of both in one hierarchy. */
+START_TEST(every_surface_has_its_own_albedo) {
+    const char *square = write_square();
+    for (int precision = 32; precision <= 64; precision += 32) {
+        RenderCase render;
+        start(&render, render_text(DOWN("3") "surfaces:\n"
+                                   "  - {mesh: %s, albedo: 0.2, transform: [{scale: [0.5, 2, 1]}, {translate: [-1.5, 0, 0]}]}\n"
+                                   "  - {plane: -1, albedo: 0.6}\n"
+                                   "  - {mesh: %s, albedo: 0.8, transform: [{scale: [0.5, 2, 1]}, {translate: [0.5, 0, 0]}]}\n"
+                                   "lights:\n  - {type: sun, direction: [0, 0, 1], irradiance: 3.14159265}\n", square, square),
+              16, precision);
+        const NphChannel *r = nph_image_channel(&render.image, "R");
+        for (int i = 0; i < 64; i++) {
+            int strip = i % 8 / 2;
+            double direct = strip == 0 ? 0.2 : strip == 2 ? 0.8 : 0.6;
+            /* the plane has some light more that the squares send back down */
+            ck_assert_double_ge((double)r->pixels[i], direct * (1.0 - 1e-6));
+            ck_assert_double_le((double)r->pixels[i], direct + (strip & 1 ? 0.6 * 0.6 * 0.8 : 1e-6));
+        }
+        render_free(&render);
+    }
+}
+END_TEST
+
 /* --- closed meshes --- */
 
 /* A point light in the middle of a closed cube: what it sends, 4 pi I, is what the walls absorb, (1 - a) E A. A sensor just
@@ -428,6 +452,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_slab_over_a_ground_sends_back_the_sum_of_all_reflections);
     tcase_add_test(cases, nothing_is_lost_between_a_white_ground_and_a_slab_that_does_not_absorb);
     tcase_add_test(cases, each_channel_of_coloured_surfaces_is_a_grey_surface_of_its_albedo);
+    tcase_add_test(cases, every_surface_has_its_own_albedo);
     tcase_add_test(cases, the_walls_of_a_closed_box_absorb_what_its_light_sends);
     tcase_add_test(cases, no_light_enters_or_leaves_a_closed_mesh);
     tcase_add_test(cases, a_mesh_that_fills_the_box_around_the_scene_hides_what_is_in_it);
