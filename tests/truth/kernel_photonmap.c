@@ -14,7 +14,7 @@ void NPH_KERNEL(photonmap_uniform)(NphPhotonMap *map, uint32_t seed) {
     RKdNode *items = map->tree.items;
     for (int32_t i = 0; i < map->tree.count; i++) {
         NphWords words = nph_philox(seed, 3, (uint32_t)i, 0, 0, 0);
-        RPhoton photon = {{R(0.0), R(0.0), R(1.0)}, {R(0.0), R(0.0), R(0.0)}, 0, 2};
+        RPhoton photon = {{R(0.0), R(0.0), R(1.0)}, {R(0.0), R(0.0), R(0.0)}, R(1.0), 0, 2};
         for (int c = 0; c < 3; c++) photon.power[c] = R(1.0) / (Real)map->tree.count;
         RKdNode item = {{r_uniform(words.w0), r_uniform(words.w1), r_uniform(words.w2)}, (uint32_t)i << 2};
         photons[i] = photon;
@@ -31,7 +31,7 @@ double NPH_KERNEL(photonmap_estimate)(const NphPhotonMap *map, const double p[3]
     scene.nearest = nearest;
     scene.reach = (Real)reach;
     scene.printed = printed;
-    return 12.566370614359172 * (double)r_estimate(&scene, map, at, d).radiance[0];
+    return 12.566370614359172 * (double)r_estimate(&scene, map, at, d, R(1.0)).radiance[0];
 }
 
 double NPH_KERNEL(photonmap_power)(const NphPhotonMap *map, int order) {

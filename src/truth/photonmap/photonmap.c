@@ -52,8 +52,8 @@ static const NphStage stages[NPH_PHOTONMAP_STAGES] = {
 
 static const NphBuffer buffers[] = {
     {"photonmap.count", NPH_I64, "[block + 1]", "1", "what photons of earlier blocks scatter", NPH_EXACT, NULL},
-    {"photonmap.photon", NPH_TYPE_REAL, "[photon]", "1, W, 1", "direction, scattered power per channel, medium, order",
-     NPH_NEAR, NULL},
+    {"photonmap.photon", NPH_TYPE_REAL, "[photon]", "1, W, 1",
+     "direction, scattered power per channel, extinction there, medium, order", NPH_NEAR, NULL},
     {"photonmap.node", NPH_TYPE_REAL, "[photon]", "m, 1", "position; number of the photon << 2 | axis", NPH_NEAR, NULL},
     {"photonmap.sample", NPH_TYPE_REAL, "[tile][field][pixel][16]", "W/m2/sr, m, 1", "what each sample carries",
      NPH_BIAS, NULL},

@@ -9,6 +9,7 @@
  * the room N, number j of them is kept when floor(((j + 1) N + o) / M) > floor((j N + o) / M), with o uniform in
  * 0 ... M - 1: exactly N of them, each with probability N / M, and each M / N as strong. */
 #include "transport/prepare_lookup.h"
+#include "truth/photonmap/photonmap_depth.h"
 #include "truth/photonmap/photonmap_emit.h"
 
 size_t NPH_KERNEL(nph_photonmap_scene_bytes)(void);
@@ -145,6 +146,7 @@ static void put(const Flying *f, int64_t slot, int medium) {
         photon->power[a] = (Real)((double)(f->flux[a] * f->weight[a]) * map->power);
     }
     item->tag = (uint32_t)slot << 2;
+    photon->extinction = r_extinction_at(&f->scene->local, f->p);
     photon->medium = medium;
     photon->order = (int32_t)f->vertex;
 }

@@ -12,6 +12,11 @@
  *   sum_{n<k} n q^n e^-q / n! / q  +  int_0^q (k-1) v^(k-2) e^-v / (k-1)! dv  =  P(N <= k-2) + P(N >= k-1)  =  1.
  * In print the k-th is summed too, which is too bright by 1 / (k - 1) in the mean: `printed`.
  *
+ * Photons tell of the radiance, power over s(x_i), s being the extinction at theirs, and the medium at x scatters s(x) of
+ * it: each counts s(x) / s(x_i) of its power, at most 10. Else the light of a dense core is spread over the thin rim
+ * before it, where little would have scattered it. With r the factor goes to 1; it is 1 throughout an even medium. In
+ * print it is 1 everywhere: sigma is taken to be the same in the sphere.
+ *
  * r is at least R / 10^6, for photons that stand at one place. */
 #ifndef NPH_TRUTH_PHOTONMAP_ESTIMATE_H
 #define NPH_TRUTH_PHOTONMAP_ESTIMATE_H
@@ -26,9 +31,9 @@ typedef struct RScattered {
     Real radius;
 } RScattered;
 
-/* d: the ray's direction, away from the sensor. */
+/* d: the ray's direction, away from the sensor; extinction: r_extinction_at of p. */
 static inline RScattered r_estimate(const RPhotonScene *scene, const NphPhotonMap *map, const Real p[3],
-                                    const Real d[3]) {
+                                    const Real d[3], Real extinction) {
     RKdFound found[NPH_PHOTONMAP_NEAREST_MAX];
     const RKdNode *nodes = map->tree.nodes;
     const RPhoton *photons = map->photons;
@@ -41,6 +46,8 @@ static inline RScattered r_estimate(const RPhotonScene *scene, const NphPhotonMa
         const RPhoton *photon = &photons[r_kd_number(&nodes[found[i].node])];
         Real back[3] = {-photon->d[0], -photon->d[1], -photon->d[2]}, light[3];
         Real density = r_phase_at(&scene->local.media[photon->medium].phase, r_angle_between(d, back));
+        if (!scene->printed)
+            density *= extinction < R(10.0) * photon->extinction ? extinction / photon->extinction : R(10.0);
         for (int c = 0; c < 3; c++) {
             light[c] = density * photon->power[c];
             out.radiance[c] += light[c];

@@ -195,12 +195,14 @@ static void direct_light(March *m, const Real p[3], Real sum[3]) {
 /* One point of the march, placed by medium `own`. */
 static void look(March *m, int own, Real t) {
     const RScene *local = &m->scene->local;
-    Real rate = rate_at(m, own, t), T[3], p[3], direct[3] = {R(0.0), R(0.0), R(0.0)}, light[2][3], collides = R(0.0);
+    Real rate = rate_at(m, own, t), T[3], p[3], direct[3] = {R(0.0), R(0.0), R(0.0)}, light[2][3], collides = R(0.0),
+         extinction = R(0.0);
     m->points++;
     transmittance(m, T);
     for (int a = 0; a < 3; a++) p[a] = m->ray.p[a] + t * m->ray.d[a];
+    for (int i = 0; i < local->medium_count; i++) extinction += m->density[i] * local->media[i].sigma_max;
     direct_light(m, p, direct);
-    RScattered multiple = r_estimate(m->scene, m->map, p, m->ray.d);
+    RScattered multiple = r_estimate(m->scene, m->map, p, m->ray.d, extinction);
     Real shares[3] = {R(0.0), R(0.0), R(0.0)}, mean_T = (T[0] + T[1] + T[2]) * (R(1.0) / R(3.0));
     for (int i = 0; i < local->medium_count; i++)
         for (int c = 0; c < 3; c++) shares[c] += m->density[i] * local->media[i].sigma[c] / rate;

@@ -59,4 +59,23 @@ static inline Real r_depth(const RMedium *medium, const RSpan *whole, Real from,
     return depth;
 }
 
+/* Extinction of the densest channel of each medium at a place, summed. */
+static inline Real r_extinction_at(const RScene *scene, const Real p[3]) {
+    Real sum = R(0.0);
+    for (int m = 0; m < scene->medium_count; m++) {
+        const RMedium *medium = &scene->media[m];
+        Real u[3];
+        int inside = 1;
+        for (int a = 0; a < 3; a++) {
+            const Real *row = medium->from_local + 4 * a;
+            u[a] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
+            inside &= u[a] >= medium->lo[a] && u[a] <= medium->hi[a];
+        }
+        if (!inside) continue;
+        Real density = medium->shape == NPH_SHAPE_GRID ? r_grid_value(&medium->grid, u[0], u[1], u[2]) : R(1.0);
+        sum += density * medium->sigma_max;
+    }
+    return sum;
+}
+
 #endif

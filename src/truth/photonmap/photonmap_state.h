@@ -11,8 +11,9 @@
 /* What a photon scatters at one collision: the power [W] per channel after the albedo, the direction it came along. */
 typedef struct RPhoton {
     Real d[3], power[3];
-    int32_t medium; /* position in the list of media */
-    int32_t order;  /* number of its collisions, this one included */
+    Real extinction; /* of the densest channels of all media there, 1/m */
+    int32_t medium;  /* position in the list of media */
+    int32_t order;   /* number of its collisions, this one included */
 } RPhoton;
 
 typedef struct RPhotonScene {
