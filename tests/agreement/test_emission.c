@@ -171,6 +171,31 @@ START_TEST(a_layer_that_only_scatters_gives_off_what_it_emits) {
 }
 END_TEST
 
+/* Two estimators that share nothing but the places where the emission is looked up. */
+START_TEST(light_followed_from_where_it_is_emitted_makes_the_same_picture) {
+    if (!nph_test_statistics("emission of path and light")) return;
+    const char *yaml = render_text(
+        "%smedia:\n  - {density: {file: ../data/vdb/plume32_f20_BLOSC_float32.vdb}, extinction: [5, 10, 15], albedo: [0.8, 0.5, 0.3],\n"
+        "     transform: [{scale: 0.4}], emission: {type: blackbody, scale: 2500}}\n"
+        "  - {box: [[0, 0, 0], [1, 1, 0.3]], extinction: 2, albedo: 0.9, emission: {type: volume, radiance: [10, 5, 1]}}\n", askew);
+    RenderCase a, b;
+    NphRenderOptions options = render_options(1536, 32);
+    render_case(&a, yaml, &options, 0);
+    options.method = "light";
+    options.seed_given = 1;
+    options.seed = 5;
+    render_case(&b, yaml, &options, 0);
+    for (int c = 0; c < 3; c++) {
+        const char *name = (const char *[]){"R", "G", "B"}[c];
+        double both = hypot(render_error(&a, name), render_error(&b, name)), off = render_mean(&a, name) - render_mean(&b, name);
+        printf("    %s %.5g, light %.5g: z %+.2f\n", name, render_mean(&a, name), render_mean(&b, name), off / both);
+        ck_assert(fabs(off) < 4.4 * both && both < 0.015 * render_mean(&a, name));
+    }
+    render_free(&a);
+    render_free(&b);
+}
+END_TEST
+
 /* However many events. */
 START_TEST(the_number_of_events_changes_no_mean) {
     if (!nph_test_statistics("emission events")) return;
@@ -207,6 +232,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, what_repeats_emits_again_and_again);
     tcase_add_test(cases, in_a_cavity_of_its_own_temperature_nothing_is_seen);
     tcase_add_test(cases, a_layer_that_only_scatters_gives_off_what_it_emits);
+    tcase_add_test(cases, light_followed_from_where_it_is_emitted_makes_the_same_picture);
     tcase_add_test(cases, the_number_of_events_changes_no_mean);
 }
 
