@@ -88,6 +88,7 @@ NphStatus info_scene(Info *info) {
     const NphPeriod *period = &scene->period;
     if (period->on[0]) facts_numbers(facts, "periodic_x_m", 2, (double[]){period->lo[0], period->hi[0]});
     if (period->on[1]) facts_numbers(facts, "periodic_y_m", 2, (double[]){period->lo[1], period->hi[1]});
+    if (scene->wavelength_count > 0) facts_numbers(facts, "wavelengths_nm", scene->wavelength_count, scene->wavelengths_nm);
     tell_sensor(facts, &scene->sensor);
     facts_list(facts, "media");
     for (int i = 0; i < scene->medium_count; i++) tell_medium(facts, &scene->media[i]);

@@ -144,11 +144,33 @@ START_TEST(where_nothing_is_the_transmittance_is_one) {
 }
 END_TEST
 
+/* A method that knows R, G, B alone would paint a wrong picture. */
+START_TEST(methods_without_wavelengths_refuse_them) {
+    static const char *const methods[] = {"light", "single", "photonmap"};
+    for (int m = 0; m < 3; m++)
+        for (int count = 1; count <= 2; count++) {
+            RenderCase tried;
+            NphRenderOptions options = render_options(16, 32);
+            options.method = methods[m];
+            const char *list = count == 1 ? "wavelengths: [500]\n" : "wavelengths: [500, 600]\n";
+            NphStatus status = render_try(&tried, render_text("nephos: 1\n%s"
+                "camera: {resolution: [8, 8], position: [0, -3, 0.5], look_at: [0, 0, 0.5], fov: 30}\n"
+                "media: [{box: [[0, 0, 0], [1, 1, 1]], extinction: 1, albedo: 0.5}]\n"
+                "lights: [{type: sun, elevation: 50, azimuth: 0, irradiance: 1}]\n", list), &options, 1);
+            const char *messages = nph_test_messages();
+            ck_assert_msg(status == (count == 1 ? NPH_OK : NPH_BAD_USAGE), "%s, %d: %s", methods[m], count, messages);
+            ck_assert(count == 1 || strstr(messages, "does not render wavelengths") != NULL);
+            render_free(&tried);
+        }
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, a_blue_sky_is_its_closed_form_at_each_wavelength);
     tcase_add_test(cases, two_wavelengths_are_two_grey_pictures_joined_by_the_observer);
     tcase_add_test(cases, wavelengths_that_are_alike_are_the_grey_scene_in_the_white_of_equal_energy);
     tcase_add_test(cases, one_wavelength_is_the_grey_picture);
+    tcase_add_test(cases, methods_without_wavelengths_refuse_them);
     tcase_add_test(cases, where_nothing_is_the_transmittance_is_one);
 }
 
