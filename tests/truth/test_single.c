@@ -414,6 +414,29 @@ START_TEST(emission_is_integrated_as_it_is_absorbed) {
 }
 END_TEST
 
+/* Each channel is the grey scene of its extinction, however opaque another one is. */
+START_TEST(a_channel_may_be_opaque_where_another_passes) {
+    static const double extinction[3] = {0.0, 1.0, 1e6};
+    static const char *const scene = CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: %s, albedo: 0.5}\n"
+        "lights:\n  - {type: sun, direction: [-1, 0.2, 0.1], irradiance: 3}\n  - {type: point, position: [0.5, 0.5, 1.2], intensity: 3}\n";
+    Case all, one;
+    begin(&all, text(scene, "[0, 1, 1e6]"), 1e-6, 0);
+    for (int c = 0; c < 3; c++) {
+        begin(&one, text(scene, text("%g", extinction[c])), 1e-6, 0);
+        for (int i = 0; i < 12; i++) {
+            double p[3], d[3], a[NPH_SAMPLE_FIELDS], b[NPH_SAMPLE_FIELDS];
+            some_ray(i, p, d);
+            shoot(&all, p, d, a);
+            shoot(&one, p, d, b);
+            ck_assert_double_le(fabs(a[c] - b[0]), 1e-12 + 2e-6 * b[0]);
+            ck_assert_double_le(fabs(a[NPH_SAMPLE_T0 + c] - b[NPH_SAMPLE_T0]), 1e-12);
+        }
+        end(&one);
+    }
+    end(&all);
+}
+END_TEST
+
 /* A layer of a Rayleigh atmosphere whose depth goes with the fourth power, each wavelength in closed form. */
 START_TEST(wavelengths_become_the_colour_of_their_closed_forms) {
     enum { COUNT = 7 };
@@ -607,6 +630,7 @@ static void fill(TCase *cases) {
     tcase_add_loop_test(cases, a_box_and_a_grid_of_ones_are_one_medium, 0, 2);
     tcase_add_test(cases, sides_that_repeat_are_what_they_say);
     tcase_add_test(cases, emission_is_integrated_as_it_is_absorbed);
+    tcase_add_test(cases, a_channel_may_be_opaque_where_another_passes);
     tcase_add_test(cases, wavelengths_become_the_colour_of_their_closed_forms);
     tcase_add_test(cases, errors_are_below_the_tolerance);
     tcase_add_test(cases, what_does_not_reach_its_tolerance_is_counted_and_told);

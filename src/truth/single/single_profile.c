@@ -181,7 +181,10 @@ double nph_profile_thin(const NphProfile *profile, const NphPlace *place, double
     for (;;) {
         double most = 0.0, half = 0.5 * (t + e);
         nph_profile_at(profile, place, e, density, to);
-        for (int c = 0; c < profile->scene->local.channels; c++) most = to[c] - from[c] > most ? to[c] - from[c] : most;
+        for (int c = 0; c < profile->scene->local.channels; c++) { /* behind its last visible depth a channel is 0 */
+            double more = (to[c] < NPH_SINGLE_OPAQUE ? to[c] : NPH_SINGLE_OPAQUE) - from[c];
+            most = more > most ? more : most;
+        }
         if (!(most > 1.0) || !(half > t && half < e)) return e;
         e = half;
     }
