@@ -28,6 +28,7 @@ typedef struct NphLightAim {
     int unbounded;            /* layers or planes */
     double level, slab[2];    /* the plane that photons are aimed at; z of all layers and planes */
     double centre[2][3];      /* foot of the sensor, of the box, on that plane; and how high above it */
+    double target[4];         /* a sphere around the box and a flux sensor: what distant reflections should not miss; 0: none */
     int wrapped;              /* sides repeat, or nothing changes along x and y: every crossing stands for a lattice */
     double area;              /* then: of one cell of the lattice on a level, m2 */
     double steps[2][2];       /* x, y of the lattice's two steps: columns */
@@ -40,6 +41,7 @@ typedef struct NphLightChoice {
     NphLightAim aim;
     int64_t photons;                     /* a sample */
     double reach[NPH_MAX_LIGHTS + 2];    /* cumulative probability of the lights, then of the media's own light */
+    double unit;                         /* power of a photon in the mean, roughly: what roulette measures weights by */
     int expected;                        /* crossings of a flux sensor are scored by their expected value */
     int split;                           /* towards a flux meter */
     double importance[NPH_MAX_MEDIA];    /* by media of the scene: log of the splitting per metre, layers only */

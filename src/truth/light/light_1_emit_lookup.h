@@ -98,7 +98,7 @@ static inline void r_aim_back(const NphLightAim *aim, const double d[3], double 
         double first = t0 < t1 ? t0 : t1;
         if (nph_abs(d[2]) > 1e-6 && first < start) start = first;
     }
-    start -= 1e-3 * size; /* surfaces may lie in the box's faces, and planes at the slab's ends */
+    start -= 1e-3 * size / (nph_abs(d[2]) > 1e-6 && aim->unbounded ? nph_abs(d[2]) : 1.0); /* surfaces may lie in the box's faces, and planes at the slab's ends */
     for (int a = 0; a < 3; a++) x[a] += start * d[a];
 }
 
@@ -200,7 +200,8 @@ static inline int r_emit(const RLightScene *light_scene, const RStream *stream, 
         photon->weight[c] = value[c] * (Real)share;
         photon->share[c] = R(1.0);
     }
-    photon->unit = r_largest(scene, photon->weight);
+    Real largest = r_largest(scene, photon->weight), mean = (Real)choice->unit;
+    photon->unit = largest < mean ? largest : mean; /* a photon from far out stands for much and becomes one of many */
     return photon->unit > R(0.0);
 }
 

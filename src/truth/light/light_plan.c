@@ -9,6 +9,8 @@
 #include "pipeline/plan.h"
 #include "truth/light/light.h"
 
+enum { DECAY_MOMENTS = 400 };
+
 static const double pi = 3.14159265358979323846;
 
 static double luminance(const double c[3]) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }
@@ -100,6 +102,7 @@ static int place_lattice(const NphScene *scene, double steps[2][2], NphLightAim 
     const NphSensor *sensor = &scene->sensor;
     const double *n = sensor->forward, *h = sensor->half_size;
     double reach = h[0] * fabs(sensor->right[2]) + h[1] * fabs(sensor->up[2]), z = sensor->position[2];
+    if (sensor->kind == NPH_SENSOR_PERSPECTIVE || sensor->kind == NPH_SENSOR_FISHEYE) return 0;
     if (sensor->kind == NPH_SENSOR_ORTHOGRAPHIC) {
         int above = z - reach >= aim->slab[1] && n[2] < -1e-6, below = z + reach <= aim->slab[0] && n[2] > 1e-6;
         if (!above && !below) return 0;
@@ -157,12 +160,32 @@ static NphStatus wrap_period(const NphJob *job, NphLightAim *aim) {
     return NPH_OK;
 }
 
+/* The sphere around the box and a flux sensor's rectangle, where planes or layers have no end. */
+static void place_target(const NphScene *scene, NphLightAim *aim) {
+    const NphSensor *s = &scene->sensor;
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, sum = 0.0;
+    if (!aim->unbounded || aim->wrapped) return;
+    if (aim->box) widen(lo, hi, aim->lo, aim->hi);
+    for (int corner = 0; corner < 4 && s->kind == NPH_SENSOR_FLUX; corner++) {
+        double at[3], x = corner & 1 ? s->half_size[0] : -s->half_size[0], y = corner & 2 ? s->half_size[1] : -s->half_size[1];
+        for (int a = 0; a < 3; a++) at[a] = s->position[a] + x * s->right[a] + y * s->up[a];
+        widen(lo, hi, at, at);
+    }
+    if (lo[0] > hi[0]) return;
+    for (int a = 0; a < 3; a++) {
+        aim->target[a] = 0.5 * lo[a] + 0.5 * hi[a];
+        sum += 0.25 * (hi[a] - lo[a]) * (hi[a] - lo[a]);
+    }
+    aim->target[3] = sqrt(sum);
+}
+
 static void to_local(const NphScene *scene, NphLightAim *aim) {
     double origin[3];
     nph_scene_origin(scene, origin);
     for (int a = 0; a < 3; a++) {
         aim->lo[a] -= origin[a];
         aim->hi[a] -= origin[a];
+        aim->target[a] -= origin[a];
         for (int k = 0; k < 2 && a < 2; k++) aim->centre[k][a] -= origin[a];
     }
     aim->level -= origin[2];
@@ -180,6 +203,7 @@ static NphStatus place_aim(const NphJob *job, const NphTransportChoice *choice, 
     } else {
         aim->centre[0][2] = half_diagonal(aim);
     }
+    place_target(scene, aim);
     to_local(scene, aim);
     return NPH_OK;
 }
@@ -218,6 +242,7 @@ static void choose_lights(const NphScene *scene, const NphEmissionSources *sourc
         choice->photons = 0;
         return;
     }
+    choice->unit = sum / (double)choice->photons;
     for (int l = 0; l < count; l++) {
         choice->reach[l] = at;
         if (power[l] > 0.0) at += 0.9 * power[l] / sum + 0.1 / lit;
@@ -226,8 +251,30 @@ static void choose_lights(const NphScene *scene, const NphEmissionSources *sourc
     for (int l = count; l >= 0; l--) choice->reach[l] = choice->reach[l] == at ? 1.0 : choice->reach[l];
 }
 
-/* Splitting: how fast light dies out with depth, sqrt(3 (1 - w) (1 - w g)) per optical depth of the channel that goes
- * deepest, at most 1 (diffusion's value where it holds); times the knob. */
+/* How fast light dies out deep in a medium of albedo w and Henyey-Greenstein's phase function: as exp(-k tau). With moments
+ * f_l of the intensity, transport is k ((l + 1) f_{l+1} + l f_{l-1}) = (2 l + 1) (1 - w g^l) f_l, so 1 / k is the largest
+ * eigenvalue of the symmetric tridiagonal matrix with (l + 1)^2 / ((2 l + 1) h_l (2 l + 3) h_{l+1}), h_l = 1 - w g^l, as
+ * squares of its off-diagonal. It is above x where a pivot of the matrix minus x is positive (Sturm). k is at most 1, the
+ * rate of light that never scatters. */
+static double decay_of(double w, double g) {
+    double slow = 0.0, fast = 1.0;
+    for (int i = 0; i < 40; i++) {
+        double k = 0.5 * (slow + fast), pivot = -1.0 / k, power = 1.0;
+        int above = 0;
+        for (int l = 0; l < DECAY_MOMENTS && !above; l++) {
+            double next = power * g, h0 = 1.0 - w * power, h1 = 1.0 - w * next;
+            double square = (double)(l + 1) * (double)(l + 1) / ((2.0 * l + 1.0) * h0 * (2.0 * l + 3.0) * h1);
+            pivot = -1.0 / k - square / pivot;
+            above = pivot > 0.0;
+            power = next;
+        }
+        if (above) fast = k;
+        else slow = k;
+    }
+    return fast;
+}
+
+/* Splitting: the rate of the channel that goes deepest, times the knob. */
 static void choose_split(const NphJob *job, NphLightChoice *choice) {
     const NphScene *scene = job->scene;
     double knob = job->knobs[NPH_LIGHT_KNOB_SPLIT];
@@ -239,8 +286,8 @@ static void choose_split(const NphJob *job, NphLightChoice *choice) {
         const NphMedium *medium = &scene->media[m];
         double rate = HUGE_VAL, g = nph_phase_mean_cosine(&medium->phase);
         for (int c = 0; c < 3; c++) {
-            double w = medium->albedo[c], steep = sqrt(3.0 * (1.0 - w) * (1.0 - w * g));
-            rate = fmin(rate, (steep < 1.0 ? steep : 1.0) * medium->extinction_per_m[c]);
+            double w = medium->albedo[c], decay = w < 1.0 ? decay_of(w, g) : 0.0;
+            rate = fmin(rate, decay * medium->extinction_per_m[c]);
         }
         choice->importance[m] = knob * rate;
     }

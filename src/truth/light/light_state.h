@@ -20,7 +20,7 @@ typedef struct RLightScene {
 typedef struct RPhoton {
     Real p[3], d[3];
     Real weight[3], share[3];
-    Real unit;      /* largest weight when emitted */
+    Real unit;      /* what roulette measures the weight by: that when emitted, at most that of most photons */
     int hero;
     uint32_t order; /* scatterings and reflections so far */
     int own;        /* light of a medium: its way before the first scattering is not seen by the sensor itself */

@@ -21,7 +21,7 @@ void NPH_KERNEL(nph_light_prepare)(const NphJob *job, const NphLightChoice *choi
                                    void *memory);
 void NPH_KERNEL(nph_light_trace)(const void *memory, NphLightImage *image);
 
-enum { SPLITS = 256, MOST_COPIES = 16 };
+enum { SPLITS = 256, MOST_COPIES = 16, MOST_FLIGHTS = 1 << 22 };
 
 /* Copies of a photon that still wait at a vertex. */
 typedef struct Waiting {
@@ -286,7 +286,7 @@ static int multiply(Tracer *t, Real chance) {
         double ratio = (double)largest / target;
         if (ratio > 0.5 && ratio < 2.0) return 1;
         ratio = ratio < (double)MOST_COPIES ? ratio : (double)MOST_COPIES;
-        if (ratio > 1.0 && t->count == SPLITS) return 1;
+        if (ratio > 1.0 && (t->count == SPLITS || t->number >= MOST_FLIGHTS)) return 1; /* no room: goes on as it is */
         copies = (int)(ratio + (double)chance);
         change = (Real)ratio;
     }
@@ -317,11 +317,40 @@ static int resume(Tracer *t, RVertex *vertex) {
     return 1;
 }
 
-static void turn(Tracer *t, const RVertex *vertex) {
+/* Photons far out on a plane stand for much light (light_1_emit_lookup.h), and one of them in rho^3 is reflected to the
+ * box or a flux sensor: without help the variance has no end. Half of the reflections go into the cone around the sphere
+ * of these, uniformly over its solid angle, and both are weighed by the joint density. */
+static RTurned turn_to_target(const Tracer *t, const RVertex *vertex, NphWords words) {
+    const NphLightAim *aim = &t->light->choice.aim;
+    RTurned turned = r_vertex_turn(t->scene, vertex, words, R(0.0));
+    double to[3], radius2 = aim->target[3] * aim->target[3], distance2 = 0.0;
+    for (int a = 0; a < 3; a++) {
+        to[a] = aim->target[a] - (double)vertex->p[a];
+        distance2 += to[a] * to[a];
+    }
+    if (!(radius2 < 0.999 * distance2)) return turned;
+    double sine2 = radius2 / distance2, width = sine2 / (1.0 + nph_sqrt(1.0 - sine2)), distance = nph_sqrt(distance2);
+    Real axis[3] = {(Real)(to[0] / distance), (Real)(to[1] / distance), (Real)(to[2] / distance)};
+    if (words.w3 & 0x80000000u)
+        r_turn_by(axis, r_angle_of_fall(r_uniform(words.w0) * (Real)width), r_uniform(words.w1), turned.d);
+    Real own = r_lambert_density(r_dot(vertex->n, turned.d));
+    int inside = r_angle_between(axis, turned.d).fall < (Real)width;
+    Real joint = R(0.5) * own + (inside ? R(0.5) * (Real)(1.0 / (r_two_pi * width)) : R(0.0));
+    turned.weight = own > R(0.0) ? own / joint : R(0.0);
+    return turned;
+}
+
+/* A new direction; 0 when the photon ends. */
+static int turn(Tracer *t, const RVertex *vertex) {
+    const NphLightAim *aim = &t->light->choice.aim;
     t->number++;
     RStream stream = stream_of(t, NPH_RNG_TRACE_TURN);
-    RTurned turned = r_vertex_turn(t->scene, vertex, r_words(&stream, 0), R(0.0));
+    NphWords words = r_words(&stream, 0);
+    RTurned turned = !vertex->phase && aim->target[3] > 0.0 ? turn_to_target(t, vertex, words)
+                                                            : r_vertex_turn(t->scene, vertex, words, R(0.0));
     for (int a = 0; a < 3; a++) t->photon.d[a] = turned.d[a];
+    for (int c = 0; c < 3; c++) t->photon.weight[c] *= turned.weight;
+    return turned.weight > R(0.0);
 }
 
 /* Light of a medium is seen from where it begins; of its power in all directions each has 1 / 4 pi. */
@@ -346,8 +375,7 @@ static void trace_photon(Tracer *t) {
     if (t->photon.own) connect_source(t);
     int alive = advance(t, &vertex) && visit(t, &vertex);
     while (alive || resume(t, &vertex)) {
-        turn(t, &vertex);
-        alive = advance(t, &vertex) && visit(t, &vertex);
+        alive = turn(t, &vertex) && advance(t, &vertex) && visit(t, &vertex);
     }
 }
 
