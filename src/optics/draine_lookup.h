@@ -10,9 +10,10 @@
  * and the part of p itself is (x + alpha G(x)) / N with G(x) the integral of (1 - d)^2. In t = x / s, where d is
  * linear in 1 / s^2, that integral is elementary; ordered by powers of t the singularity at e = 0 cancels:
  *   G = x (1 - 2 p^2 t + 4/3 p^4 t^2 - 2/3 e p^4 t^3)
- * (check: e = 0 gives the integral of (1 - 2 x)^2; x = 1 gives (1 + 2 e^2) / 3). x + alpha G = y has a closed root, of a
- * quartic [Jendersie23], which cancels for small g. Newton's iteration keeps all digits: up to cos = 0 the left side is
- * increasing and concave, so that from x = y / (1 + alpha) it rises to the root, and each pole is taken for its half. */
+ * (check: e = 0 gives the integral of (1 - 2 x)^2; x = 1 gives (1 + 2 e^2) / 3). x + alpha G = y has a closed root,
+ * of a quartic [Jendersie23], which cancels for small g. Newton's iteration keeps all digits: up to cos = 0 the left
+ * side is increasing and concave, so that from x = y / (1 + alpha) it rises to the root, and each pole is taken
+ * for its half. */
 #ifndef NPH_OPTICS_DRAINE_LOOKUP_H
 #define NPH_OPTICS_DRAINE_LOOKUP_H
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Angles and Henyey and Greenstein's function in kernels. An angle is carried as cos, fall = 1 - cos and rise = 1 + cos,
- * so that neither peak loses digits; the asymmetry as |g| and rest = 1 - |g|, because a float 0.99999 has three digits
- * left in 1 - g. Henyey-Greenstein [Henyey41] of g >= 0 (g < 0: fall and rise exchanged):
+ * Angles and Henyey and Greenstein's function in kernels. An angle is carried as cos, fall = 1 - cos and rise = 1 +
+ * cos, so that neither peak loses digits; the asymmetry as |g| and rest = 1 - |g|, because a float 0.99999 has three
+ * digits left in 1 - g. Henyey-Greenstein [Henyey41] of g >= 0 (g < 0: fall and rise exchanged):
  *   p = rest (1 + g) / (4 pi D^(3/2)),  D = 1 + g^2 - 2 g cos = rest^2 + 2 g fall. */
 #ifndef NPH_OPTICS_HG_LOOKUP_H
 #define NPH_OPTICS_HG_LOOKUP_H

@@ -13,8 +13,8 @@ typedef enum NphPhaseKind {
     NPH_PHASE_KINDS
 } NphPhaseKind;
 
-/* The half of a tabulated function around one pole. In x = 1 - |cos|, the distance to the pole, the density is piecewise
- * linear. Arrays have count + 1 entries, guides buckets + 1. */
+/* The half of a tabulated function around one pole. In x = 1 - |cos|, the distance to the pole, the density is
+ * piecewise linear. Arrays have count + 1 entries, guides buckets + 1. */
 typedef struct NphPhaseHalf {
     int count;                /* intervals, at least 1 */
     int buckets;              /* of the guides */
@@ -51,10 +51,10 @@ double nph_phase_mean_cosine(const NphPhase *phase);
 /* The largest value [1/sr] over all angles. */
 double nph_phase_peak(const NphPhase *phase);
 
-/* phase_table.c: makes a tabulated function of rows (f64, [n][2]: angle in degrees, rising within 0 to 180; value >= 0
- * at any scale), n >= 2, normalised to 1 over the sphere. Between rows it is linear in the cosine. Where the rows do not
- * reach 0 or 180 degrees the outermost value goes on, with a warning. NPH_BAD_INPUT when all values are 0, rows lie
- * closer than doubles tell, or the peak is above NPH_PHASE_MOST_VALUE. */
+/* phase_table.c: makes a tabulated function of rows (f64, [n][2]: angle in degrees, rising within 0 to 180; value >=
+ * 0 at any scale), n >= 2, normalised to 1 over the sphere. Between rows it is linear in the cosine. Where the rows
+ * do not reach 0 or 180 degrees the outermost value goes on, with a warning. NPH_BAD_INPUT when all values are 0,
+ * rows lie closer than doubles tell, or the peak is above NPH_PHASE_MOST_VALUE. */
 NphStatus nph_phase_tabulate(NphContext *context, const NphArray *rows, const char *what, NphPhase *phase);
 void nph_phase_free(NphContext *context, NphPhase *phase);
 
