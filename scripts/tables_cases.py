@@ -117,6 +117,8 @@ def slab_published_radiances(_):
         if row['phase'] not in PUBLISHED or float(row['conv_err_rel'] or 1) > 1e-4 or inside:
             continue
         published = float(row['I_converged'])
+        if published < 1e-12:
+            continue  # at depth 32 with albedo 0.2 nothing arrives at all
         yield value(f'{number}', scene(view_camera(mu, float(row['phi_deg'] or 0)), row['tau_total'], row['ssa'],
                                        PUBLISHED[row['phase']], published_light(row)), published,
                     published * float(row['conv_err_rel']), None, 5e-3, 0, case=f"{row['case']}, {row['source']}",

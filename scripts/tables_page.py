@@ -17,7 +17,7 @@ ABOUT = {
     ('slab_radiances', 'direct'): ('Slabs, radiances', 'scattered radiance in single directions'),
     ('slab_published_fluxes', 'direct'): ('Published slabs, fluxes', 'van de Hulst 1980, Sweigart 1970, as converged; Haze L and Cloud C.1, which '
                                         'need phase functions from files, are left out'),
-    ('slab_published_radiances', 'direct'): ('Published slabs, radiances', 'the same, in single directions'),
+    ('slab_published_radiances', 'direct'): ('Published slabs, radiances', 'the same, in single directions; three below 1e-12 are left out'),
     ('semi_infinite_isotropic', 'direct'): ('Half space', 'isotropic scattering: radiance under a beam, spherical albedo'),
     ('chandrasekhar_H', 'direct'): ('Plane albedo of a half space', '1 - H sqrt(1 - albedo)'),
 }
