@@ -40,7 +40,7 @@ static const Pair pairs[] = {
     {"colours, three lights", "nephos: 1\n" PINHOLE "media:\n  - " COLOURED "\nlights:\n" SUN SKY POINT, 600, 512, 0.02},
     {"parallel rays", "nephos: 1\n" PARALLEL "media:\n  - " COLOURED "\nlights:\n" DISC SKY, 600, 512, 0.02},
     {"fisheye", "nephos: 1\n" FISHEYE "media:\n  - " GREY "\nlights:\n" SUN SKY, 2000, 512, 0.03},
-    {"flux", "nephos: 1\n" FLUX "media:\n  - " COLOURED "\nlights:\n" DISC SKY POINT, 1500, 2048, 0.08},
+    {"flux", "nephos: 1\n" FLUX "media:\n  - " COLOURED "\nlights:\n" DISC SKY POINT, 6000, 8192, 0.12},
     {"flux inside", "nephos: 1\n" FLUX_INSIDE "media:\n  - " GREY "\nlights:\n" SUN SKY, 5000, 2048, 0.03},
     {"fluence", "nephos: 1\n" FLUENCE "media:\n  - " COLOURED "\nlights:\n" SUN SKY, 600, 2048, 0.03},
     {"radiance inside", "nephos: 1\n" RADIANCE "media:\n  - " GREY "\nlights:\n" SUN SKY, 600, 2048, 0.03},
