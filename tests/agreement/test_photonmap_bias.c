@@ -99,7 +99,7 @@ START_TEST(dim_media_agree_with_path) {
 END_TEST
 
 /* Only the transmittance and the lights behind. */
-START_TEST(without_scattering_no_sample_varies) {
+START_TEST(without_scattering_only_transmittance_is_left) {
     static const char *const scenes[] = {
         CUBE_CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [1, 2, 3], albedo: 0}\n"
                     "lights:\n  - {type: constant, radiance: 1}\n",
@@ -218,7 +218,7 @@ END_TEST
 static void fill(TCase *tests) {
     tcase_add_loop_test(tests, direct_light_is_single_scattering_in_closed_form, 0, 2);
     tcase_add_loop_test(tests, dim_media_agree_with_path, 0, 4);
-    tcase_add_loop_test(tests, without_scattering_no_sample_varies, 0, 4);
+    tcase_add_loop_test(tests, without_scattering_only_transmittance_is_left, 0, 4);
     tcase_add_loop_test(tests, few_photons_are_no_exception, 0, 4);
     tcase_add_test(tests, bias_shrinks_with_photons);
     tcase_add_test(tests, bias_shrinks_with_the_radius);
