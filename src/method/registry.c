@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "core/message.h"
-#include "truth/light/light.h"
+#include "truth/light/light_tracing.h"
 #include "truth/path/path.h"
 #include "truth/photonmap/photonmap.h"
 #include "truth/single/single.h"

@@ -2,7 +2,7 @@
  *
  * truth/light as a method: its knobs, stages and buffers, the run over chunks of images, statistics and replay. A chunk
  * is 16 images: each is traced by one thread; then tiles, by any thread, take them to the film. */
-#include "truth/light/light.h"
+#include "truth/light/light_tracing.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The light tracer's kernels by precision. */
-#include "truth/light/light.h"
+#include "truth/light/light_tracing.h"
 
 #define BUILDS(type, name, arguments) type name##_f32_base arguments; type name##_f64_base arguments
 BUILDS(size_t, nph_light_scene_bytes, (void));

@@ -7,7 +7,7 @@
 
 #include "core/message.h"
 #include "pipeline/plan.h"
-#include "truth/light/light.h"
+#include "truth/light/light_tracing.h"
 
 enum { DECAY_MOMENTS = 400 };
 

@@ -7,7 +7,7 @@
 
 #include "transport/emission_source_lookup.h"
 #include "transport/vertex_lookup.h"
-#include "truth/light/light.h"
+#include "truth/light/light_tracing.h"
 
 typedef struct RLightScene {
     RScene scene;

@@ -8,8 +8,8 @@
  *                 infinity to a pinhole); joins it to the images
  *   3 accumulate  into the film's trees: of pixels, tiles and image
  * light_trace_kernel.c follows one photon from its light to its end in scalar code: the text to read first. */
-#ifndef NPH_TRUTH_LIGHT_LIGHT_H
-#define NPH_TRUTH_LIGHT_LIGHT_H
+#ifndef NPH_TRUTH_LIGHT_LIGHT_TRACING_H
+#define NPH_TRUTH_LIGHT_LIGHT_TRACING_H
 
 #include "transport/choice.h"
 #include "transport/emission_source.h"
