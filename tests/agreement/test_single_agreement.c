@@ -15,35 +15,35 @@
 
 typedef struct Pair {
     const char *what, *yaml;
-    int64_t samples; /* of path; single takes 16 */
+    int64_t samples, rays; /* of path, of single */
 } Pair;
 
 static const Pair pairs[] = {
     {"cube and sun", VIEW
      "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 4, albedo: 1e-4, phase: {type: hg, g: 0.7}}\n"
-     "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n", 256},
-    {"cloud and sun", VIEW "media:\n" CLOUD "lights:\n  - {type: sun, direction: [-1, 0.5, 0.6], irradiance: 3}\n", 512},
+     "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n", 256, 32},
+    {"cloud and sun", VIEW "media:\n" CLOUD "lights:\n  - {type: sun, direction: [-1, 0.5, 0.6], irradiance: 3}\n", 512, 32},
     {"chromatic media that overlap, a sun with a disc", VIEW
      "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [3, 2, 1], albedo: [1e-4, 5e-5, 1e-4], phase: {type: rayleigh}}\n" CLOUD
-     "lights:\n  - {type: sun, direction: [1, -0.8, 1], irradiance: [3, 2, 1], angular_diameter: 20}\n", 512},
+     "lights:\n  - {type: sun, direction: [1, -0.8, 1], irradiance: [3, 2, 1], angular_diameter: 20}\n", 512, 32},
     {"a point light beside the media", VIEW "media:\n" CLOUD
-     "lights:\n  - {type: point, position: [0.2, -0.6, 1.2], intensity: [1, 2, 3]}\n", 512},
+     "lights:\n  - {type: point, position: [0.2, -0.6, 1.2], intensity: [1, 2, 3]}\n", 512, 32},
     /* the sky of the upper half is not seen by a camera that looks down */
     {"light from half the sky", "nephos: 1\ncamera: {type: perspective, resolution: [32, 32], position: [0.5, 0.3, 4], look_at: [0.5, 0.5, 0.5], fov: 25, up: [0, 1, 0]}\n"
      "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 1e-4, phase: {type: hg, g: -0.6}}\n"
-     "lights:\n  - {type: constant, radiance: 1, hemisphere: upper}\n", 512},
+     "lights:\n  - {type: constant, radiance: 1, hemisphere: upper}\n", 512, 32},
     {"a flux sensor under a box, off its side", "nephos: 1\ncamera: {type: flux, resolution: [32, 32], position: [0.5, 0.5, -0.7], direction: [0, 0, 1], up: [0, 1, 0], extent: 2}\n"
      "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 1e-4}\n"
-     "lights:\n  - {type: sun, direction: [0.6, 0.2, 1], irradiance: 2}\n  - {type: point, position: [0, 0, 2], intensity: 3}\n", 512},
+     "lights:\n  - {type: sun, direction: [0.6, 0.2, 1], irradiance: 2}\n  - {type: point, position: [0, 0, 2], intensity: 3}\n", 512, 32},
     {"fluence within a glowing cloud whose sides repeat", "nephos: 1\ncamera: {type: fluence, resolution: [8, 8], position: [0.5, 0.5, 0.5], direction: [0, 0, 1], up: [0, 1, 0], extent: 1}\n"
      "periodic: {x: [0, 1], y: [0, 1]}\nmedia:\n" CLOUD
      "  - {box: [[0.2, 0.2, 0], [0.7, 0.9, 0.8]], extinction: [1, 2, 3], albedo: 1e-4, emission: {type: volume, radiance: [0.01, 0.02, 0.01]}}\n"
-     "lights:\n  - {type: sun, direction: [0.6, 0.2, 1], irradiance: 2}\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n", 512},
+     "lights:\n  - {type: sun, direction: [0.6, 0.2, 1], irradiance: 2}\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n", 512, 64},
     {"a mesh over a plane, shadows through the medium", VIEW
      "media:\n  - {box: [[-0.5, -0.5, 0], [1.5, 1.5, 1]], extinction: 1.2, albedo: 1e-4, phase: {type: hg, g: 0.3}}\n"
      "surfaces:\n  - {plane: -0.2, albedo: 2e-4}\n"
      "  - {mesh: ../data/mesh/suzanne.obj, albedo: [1e-4, 2e-4, 3e-4], transform: [{scale: 0.3}, {translate: [0.5, 0.5, 0.6]}]}\n"
-     "lights:\n  - {type: sun, direction: [-0.6, 0.5, 1], irradiance: 3}\n  - {type: point, position: [0.5, -0.3, 1.3], intensity: 1}\n", 512},
+     "lights:\n  - {type: sun, direction: [-0.6, 0.5, 1], irradiance: 3}\n  - {type: point, position: [0.5, -0.3, 1.3], intensity: 1}\n", 512, 32},
 };
 
 START_TEST(path_at_low_albedo_is_the_quadrature) {
@@ -58,7 +58,7 @@ START_TEST(path_at_low_albedo_is_the_quadrature) {
     options.knobs = (const char *[]){"path.roulette=0", "path.least_light=0"};
     options.knob_count = 2;
     render_case(&path, pair->yaml, &options, 0);
-    options = render_options(32, 64);
+    options = render_options(pair->rays, 64);
     options.method = "single";
     options.seed_given = 1;
     options.seed = 77;

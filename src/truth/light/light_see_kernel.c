@@ -5,6 +5,7 @@
  * pixel, L T cos / pdf and L T / pdf. The order of this light is 0. The rest of a sample is the image its photons made. */
 #include <string.h>
 
+#include "geometry/lambert_lookup.h"
 #include "transport/camera_lookup.h"
 #include "truth/light/light_1_emit_lookup.h"
 
@@ -37,6 +38,15 @@ static void look(Seer *seer, const RCameraRay *ray) {
     for (int c = 0; c < 3; c++) seer->L[c] = radiance[c] * seer->T[c];
 }
 
+/* A constant light on a rectangle: directions by the cosine, so that every one that is lit brings pi L. */
+static void sky_by_cosine(const RLight *light, const double normal[3], NphWords words, RLightSample *s) {
+    Real n[3] = {(Real)normal[0], (Real)normal[1], (Real)normal[2]};
+    r_lambert_sample(n, r_uniform(words.w2), r_uniform(words.w3), s->d);
+    Real cosine = s->d[0] * n[0] + s->d[1] * n[1] + s->d[2] * n[2];
+    int seen = light->hemisphere == 0 || s->d[2] * (Real)light->hemisphere > R(0.0);
+    for (int c = 0; c < 3; c++) s->value[c] = seen ? light->value[c] * R(3.14159265358979323846) / cosine : R(0.0);
+}
+
 /* One light as a point of a sensor that gathers has it. */
 static void gather(Seer *seer, int number, const RCameraRay *ray) {
     const RScene *scene = seer->scene;
@@ -47,7 +57,10 @@ static void gather(Seer *seer, int number, const RCameraRay *ray) {
     RStream stream = seer->stream;
     stream.key[1] = NPH_RNG_TRACE_LOOK << 24 | (scene->frame & 0xffffffu);
     stream.draw = seer->stream.draw = (uint32_t)number << NPH_DRAW_LIGHT_SHIFT;
-    if (light->kind == NPH_LIGHT_CONSTANT) {
+    if (light->kind == NPH_LIGHT_CONSTANT && scene->sensor.kind == NPH_SENSOR_FLUX) {
+        s.distance = R_HUGE;
+        sky_by_cosine(light, n, r_words(&stream, 0), &s);
+    } else if (light->kind == NPH_LIGHT_CONSTANT) {
         s.distance = R_HUGE;
         r_towards_infinity(light, r_words(&stream, 0), s.d, s.value);
     } else {
