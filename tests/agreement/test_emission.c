@@ -145,8 +145,7 @@ START_TEST(in_a_cavity_of_its_own_temperature_nothing_is_seen) {
         "box: [[0, 0, 0], [1, 1, 1]], extinction: [1, 3, 9], albedo: [0.9, 0.5, 0], emission: {type: blackbody, temperature: 4000}",
         "density: {%s}, extinction: 1, albedo: 0.6, emission: {type: blackbody, temperature: 4000}",
         "density: {%s}, extinction: 1, albedo: 0, emission: {type: blackbody, scale: 0, offset: 4000, volume: {%s}}",
-        "density: {%s}, extinction: [0.5, 1, 2], albedo: [0.2, 0.9, 0.5], phase: {type: rayleigh},\n"
-        "     emission: {type: blackbody, scale: 0, offset: 4000, volume: {%s}}"};
+        "density: {%s}, extinction: [0.5, 1, 2], albedo: [0.2, 0.9, 0.5], phase: {type: rayleigh}, emission: {type: blackbody, scale: 0, offset: 4000, volume: {%s}}"};
     static NphPlanckTable table;
     double B[3];
     nph_planck_table(&table);
