@@ -6,6 +6,7 @@
  * luminance is at most s = sum w_c s_c. Over the P pixels that have samples:
  *   relative_error = sqrt(sum s^2) / P / mean,   relative_rmse = sqrt(sum s^2 / P) / mean.
  * Where pixels share samples they are not independent: relative_error is then that of the image's own mean. */
+#include <assert.h>
 #include <math.h>
 
 #include "core/float_state.h"
@@ -56,6 +57,7 @@ static void add_tile(const NphFilm *film, int64_t tile, Sums *sums) {
 static double image_error(const NphFilm *film) {
     const NphFilm *image = film->regions[NPH_REGION_LEVELS - 1];
     double moments[NPH_MOMENTS][NPH_TILE_PIXELS] = {{0}}, error = 0.0, n = (double)nph_film_tile_samples(image, 0);
+    assert(film->channels <= 3);
     for (int c = 0; c < film->channels; c++) {
         nph_tree_fold_moments(image, 0, c, moments);
         error += (film->channels == 1 ? 1 : nph_luminance_weights[c]) * sqrt(nph_film_variance_of_mean(moments[1][0], n));

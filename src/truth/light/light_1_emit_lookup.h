@@ -153,7 +153,7 @@ static inline double r_emit_from(const RLightScene *light_scene, const RStream *
     const RScene *scene = &light_scene->scene;
     const RLight *light = &scene->lights[number];
     NphWords words = r_words(stream, 0), more = r_words(stream, 1);
-    double x[3], d[3];
+    double x[3] = {0.0, 0.0, 0.0}, d[3];
     Real towards[3];
     if (number == scene->light_count) {
         r_emission_sample(scene, &light_scene->sources, more, r_words(stream, 2), photon->p, value);

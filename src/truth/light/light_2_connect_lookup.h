@@ -131,10 +131,18 @@ static inline void r_arrive(const RScene *scene, const NphLightAim *aim, const R
             hi[k] = step > hi[k] ? step : hi[k];
         }
     }
-    for (double i = nph_floor(lo[0]); i <= hi[0]; i += 1.0)
-        for (double j = nph_floor(lo[1]); j <= hi[1]; j += 1.0)
+    double first[2] = {nph_floor(lo[0]), nph_floor(lo[1])};
+    int steps[2];
+    for (int k = 0; k < 2; k++) { /* whole numbers have no end near 2^53, where nearly level flights arrive */
+        double span = hi[k] - first[k];
+        steps[k] = span < 1e9 ? (int)span : 0;
+    }
+    for (int m = 0; m <= steps[0]; m++)
+        for (int n = 0; n <= steps[1]; n++) {
+            double i = first[0] + (double)m, j = first[1] + (double)n;
             r_arrive_one(scene, arrival->s + i * aim->st_from_steps[0][0] + j * aim->st_from_steps[0][1],
                          arrival->t + i * aim->st_from_steps[1][0] + j * aim->st_from_steps[1][1], one, user);
+        }
 }
 
 #endif

@@ -74,6 +74,7 @@ static void scatter_layer(March *m, const NphBeam *beam, double result[3]) {
     if (!nph_line_clip(medium, m->ray->p, m->ray->d, 0.0, R_HUGE, &line)) return;
     double near[3], far[3], length = line.far - line.near;
     NphWalked none = {0, 0};
+    assert(local->channels <= 3);
     for (int a = 0; a < 3; a++) {
         near[a] = m->ray->p[a] + line.near * m->ray->d[a];
         far[a] = m->ray->p[a] + line.far * m->ray->d[a];
@@ -170,6 +171,7 @@ static void follow(March *m, double limit) {
     const RScene *local = &m->scene->local;
     NphProfile *profile = &m->scratch->profile;
     double before[3] = {0.0, 0.0, 0.0}, tau[3] = {0.0, 0.0, 0.0};
+    assert(local->channels <= 3 && local->medium_count <= m->scene->fields);
     profile->end = 0.0;
     for (int i = 0; i < m->scene->fields; i++) profile->total[i] = 0.0;
     do {
