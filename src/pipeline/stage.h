@@ -49,6 +49,10 @@ typedef struct NphStageCounts {
     NphStageCount stage[NPH_MAX_STAGES];
 } NphStageCounts;
 
+/* Names the stages in a run's statistics, all counts 0; then adds what each worker counted. */
+void nph_stages_begin(const NphStage *stages, int count, NphRenderStatistics *out);
+void nph_stages_add(const NphStageCounts *counts, NphRenderStatistics *out);
+
 /* Runs `call` as stage `index` on `items` items: the one place where a stage is timed and counted. */
 #define NPH_LAUNCH(counts, index, item_count, call)                          \
     do {                                                                     \

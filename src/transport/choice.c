@@ -143,3 +143,10 @@ NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const N
                              "%llu triangles and the hierarchy over them", (unsigned long long)triangles));
     return NPH_OK;
 }
+
+void nph_tally_add(const NphTally *tally, NphRenderStatistics *out) {
+    out->collisions += tally->collisions;
+    out->tentative += tally->tentative;
+    out->majorant_violations += tally->violations;
+    out->exhausted += tally->exhausted;
+}

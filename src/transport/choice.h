@@ -29,5 +29,6 @@ typedef struct NphTally {
     int64_t violations;  /* density above its majorant */
     int64_t exhausted;   /* a flight used up its random numbers, or passed NPH_MAX_IMAGES periods */
 } NphTally;
+void nph_tally_add(const NphTally *tally, NphRenderStatistics *out);
 
 #endif

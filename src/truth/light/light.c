@@ -188,29 +188,14 @@ static NphStatus run_light(void *opaque, NphFilm *film, int64_t begin, int64_t e
     return NPH_OK;
 }
 
-static void add_tally(const NphTally *tally, NphRenderStatistics *out) {
-    out->collisions += tally->collisions;
-    out->tentative += tally->tentative;
-    out->majorant_violations += tally->violations;
-    out->exhausted += tally->exhausted;
-}
-
 static void statistics(const void *opaque, NphRenderStatistics *out) {
     const LightState *state = opaque;
-    out->stage_count = NPH_LIGHT_STAGES;
-    out->collisions = out->tentative = out->majorant_violations = out->exhausted = 0;
-    for (int s = 0; s < NPH_LIGHT_STAGES; s++) {
-        NphStageStatistics *stage = &out->stages[s];
-        *stage = (NphStageStatistics){stages[s].name, stages[s].source, 0, 0, 0.0};
-        for (int w = 0; w < state->threads; w++) {
-            const NphStageCount *count = &state->workers[w].counts.stage[s];
-            stage->launches += count->launches;
-            stage->items += count->items;
-            stage->seconds += count->seconds;
-        }
+    nph_stages_begin(stages, NPH_LIGHT_STAGES, out);
+    for (int i = 0; i < NPH_CHUNK; i++) nph_tally_add(&state->images[i].tally, out);
+    for (int w = 0; w < state->threads; w++) {
+        nph_stages_add(&state->workers[w].counts, out);
+        nph_tally_add(&state->workers[w].tally, out);
     }
-    for (int i = 0; i < NPH_CHUNK; i++) add_tally(&state->images[i].tally, out);
-    for (int w = 0; w < state->threads; w++) add_tally(&state->workers[w].tally, out);
 }
 
 /* Traces the sample's whole image once more and tells every arrival in the pixel. */

@@ -145,8 +145,6 @@ static NphStatus wrap_period(const NphJob *job, NphLightAim *aim) {
     if (!period->on[0] || !period->on[1])
         return nph_error(job->context, NPH_BAD_USAGE,
                          "light: sides repeat along one axis only; light tracing needs both x and y, or neither");
-    if (has_points(job->scene))
-        return nph_error(job->context, NPH_BAD_USAGE, "light: a point light among sides that repeat is not implemented");
     if (aim->box) {
         aim->slab[0] = fmin(aim->slab[0], aim->lo[2]);
         aim->slab[1] = fmax(aim->slab[1], aim->hi[2]);

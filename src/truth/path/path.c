@@ -195,24 +195,10 @@ static NphStatus run_path(void *opaque, NphFilm *film, int64_t begin, int64_t en
 
 static void statistics(const void *opaque, NphRenderStatistics *out) {
     const PathState *state = opaque;
-    out->stage_count = NPH_PATH_STAGES;
-    for (int s = 0; s < NPH_PATH_STAGES; s++) {
-        NphStageStatistics *stage = &out->stages[s];
-        *stage = (NphStageStatistics){stages[s].name, stages[s].source, 0, 0, 0.0};
-        for (int w = 0; w < state->threads; w++) {
-            const NphStageCount *count = &state->workers[w].counts.stage[s];
-            stage->launches += count->launches;
-            stage->items += count->items;
-            stage->seconds += count->seconds;
-        }
-    }
-    out->collisions = out->tentative = out->majorant_violations = out->exhausted = 0;
+    nph_stages_begin(stages, NPH_PATH_STAGES, out);
     for (int w = 0; w < state->threads; w++) {
-        const NphTally *tally = state->kernels.tally(state->workers[w].batch);
-        out->collisions += tally->collisions;
-        out->tentative += tally->tentative;
-        out->majorant_violations += tally->violations;
-        out->exhausted += tally->exhausted;
+        nph_stages_add(&state->workers[w].counts, out);
+        nph_tally_add(state->kernels.tally(state->workers[w].batch), out);
     }
 }
 

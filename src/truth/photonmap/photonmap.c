@@ -176,25 +176,10 @@ static NphStatus run_photonmap(void *opaque, NphFilm *film, int64_t begin, int64
 
 static void statistics(const void *opaque, NphRenderStatistics *out) {
     const PhotonmapState *state = opaque;
-    const NphPhotonmapMaker *maker = &state->maker;
-    int threads = nph_context_threads(state->job.context);
-    out->stage_count = NPH_PHOTONMAP_STAGES;
-    out->collisions = out->tentative = out->majorant_violations = out->exhausted = 0;
-    for (int s = 0; s < NPH_PHOTONMAP_STAGES; s++) {
-        NphStageStatistics *stage = &out->stages[s];
-        *stage = (NphStageStatistics){stages[s].name, stages[s].source, 0, 0, 0.0};
-        for (int w = 0; w < threads; w++) {
-            const NphStageCount *count = &maker->stages[w].stage[s];
-            stage->launches += count->launches;
-            stage->items += count->items;
-            stage->seconds += count->seconds;
-        }
-    }
-    for (int w = 0; w < threads; w++) {
-        out->collisions += maker->tallies[w].collisions;
-        out->tentative += maker->tallies[w].tentative;
-        out->majorant_violations += maker->tallies[w].violations;
-        out->exhausted += maker->tallies[w].exhausted;
+    nph_stages_begin(stages, NPH_PHOTONMAP_STAGES, out);
+    for (int w = 0; w < nph_context_threads(state->job.context); w++) {
+        nph_stages_add(&state->maker.stages[w], out);
+        nph_tally_add(&state->maker.tallies[w], out);
     }
 }
 

@@ -193,19 +193,10 @@ static NphStatus run_single(void *opaque, NphFilm *film, int64_t begin, int64_t 
 
 static void statistics(const void *opaque, NphRenderStatistics *out) {
     const SingleState *state = opaque;
-    out->stage_count = NPH_SINGLE_STAGES;
-    for (int s = 0; s < NPH_SINGLE_STAGES; s++) {
-        NphStageStatistics *stage = &out->stages[s];
-        *stage = (NphStageStatistics){stages[s].name, stages[s].source, 0, 0, 0.0};
-        for (int w = 0; w < state->threads; w++) {
-            const NphStageCount *count = &state->workers[w].counts.stage[s];
-            stage->launches += count->launches;
-            stage->items += count->items;
-            stage->seconds += count->seconds;
-        }
-    }
+    nph_stages_begin(stages, NPH_SINGLE_STAGES, out);
     for (int w = 0; w < state->threads; w++) {
         const NphSingleTally *tally = nph_single_tally(state->workers[w].scratch);
+        nph_stages_add(&state->workers[w].counts, out);
         out->exhausted += tally->walked.exhausted;
         out->integrals += tally->integrals;
         out->integrand_points += tally->points;

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * What the stages of a run left behind, summed over its workers. */
+#include "pipeline/stage.h"
+
+void nph_stages_begin(const NphStage *stages, int count, NphRenderStatistics *out) {
+    out->stage_count = count;
+    for (int s = 0; s < count; s++)
+        out->stages[s] = (NphStageStatistics){stages[s].name, stages[s].source, 0, 0, 0.0};
+}
+
+void nph_stages_add(const NphStageCounts *counts, NphRenderStatistics *out) {
+    for (int s = 0; s < out->stage_count; s++) {
+        NphStageStatistics *stage = &out->stages[s];
+        stage->launches += counts->stage[s].launches;
+        stage->items += counts->stage[s].items;
+        stage->seconds += counts->stage[s].seconds;
+    }
+}
