@@ -19,7 +19,8 @@ typedef struct RPhase {
 
 static inline RPhase r_phase(const NphPhase *phase) {
     RPhase out;
-    out.kind = (int)phase->kind;
+    int isotropic = phase->kind == NPH_PHASE_HG && nph_abs(phase->g[0]) == 0.0; /* the same values and directions to the bit */
+    out.kind = isotropic ? (int)NPH_PHASE_ISOTROPIC : (int)phase->kind;
     out.g0 = (Real)phase->g[0];
     out.g1 = (Real)phase->g[1];
     out.rest0 = (Real)(1.0 - nph_abs(phase->g[0]));

@@ -87,6 +87,18 @@ static inline Real r_light_chance(Real least, Real weight) { return weight < lea
 /* The balance heuristic's weight of density a against b; a negative a stands for certainty. */
 static inline Real r_balance(Real a, Real b) { return a < R(0.0) ? R(1.0) : a / (a + b); }
 
+/* Whether a direction can meet a light at infinity at all: all but points and suns without a disc. */
+static inline int r_light_is_met(const RLight *light) {
+    int met = light->kind == NPH_LIGHT_CONSTANT || light->kind == NPH_LIGHT_ENVIRONMENT;
+    return met || (light->kind == NPH_LIGHT_SUN && light->disc.width > R(0.0));
+}
+
+static inline int r_lights_are_met(const RScene *scene) {
+    int met = 0;
+    for (int l = 0; l < scene->light_count; l++) met |= r_light_is_met(&scene->lights[l]);
+    return met;
+}
+
 /* Adds the radiance from direction d of all lights at infinity, each with its weight. */
 static inline void r_lights_at_infinity(const RScene *scene, const Real d[3], Real pdf, Real radiance[3]) {
     for (int l = 0; l < scene->light_count; l++) {

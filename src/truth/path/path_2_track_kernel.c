@@ -78,21 +78,31 @@ static void fly_one_by_one(NphPathBatch *batch, int m, const RStream *base) {
     }
 }
 
-/* The closed form for all paths: t = near - ln(1 - u) / sigma. `survived` lies behind `distance`. */
+/* The closed form for one path: t = near - ln(1 - u) / sigma. `survived` lies behind `distance`. */
+R_INLINE void fly_lane(const RMedium *medium, const RTile *tile, const Real *ray, int32_t id, int i, Real *distance,
+                       int32_t *medium_of, int weighed) {
+    RSpan span = r_clip_ray(medium, ray, i, NPH_BUG(22) ? R_HUGE : distance[i]);
+    NphWords words = r_tile_words(tile, id, 0);
+    Real t = span.near + r_event_depth(words.w0) / (medium->sigma[0] * medium->collide);
+    int hits = span.inside & (t < span.far);
+    if (weighed) {
+        Real survived = r_segment_weight(medium, (t < span.far ? t : span.far) - span.near);
+        distance[NPH_PATH_BATCH + i] = span.inside ? survived : R(1.0);
+    }
+    distance[i] = hits ? t : distance[i];
+    medium_of[i] = hits ? tile->medium : medium_of[i];
+}
+
 R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
                                const RTile *restrict from, Real *restrict distance, int32_t *restrict medium_of) {
     const RTile tile = *from;
-    Real rate = medium->sigma[0] * medium->collide;
-    for (int i = 0; i < tile.count; i++) { /* vec */
-        RSpan span = r_clip_ray(medium, ray, i, NPH_BUG(22) ? R_HUGE : distance[i]);
-        NphWords words = r_tile_words(&tile, id[i], 0);
-        Real t = span.near + r_event_depth(words.w0) / rate;
-        Real survived = r_segment_weight(medium, (t < span.far ? t : span.far) - span.near);
-        int hits = span.inside & (t < span.far);
-        distance[i] = hits ? t : distance[i];
-        distance[NPH_PATH_BATCH + i] = span.inside ? survived : R(1.0);
-        medium_of[i] = hits ? tile.medium : medium_of[i];
-    }
+    for (int i = 0; i < tile.count; i++) fly_lane(medium, &tile, ray, id[i], i, distance, medium_of, 0); /* vec */
+}
+
+R_OUTLINE void fly_weighed(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
+                           const RTile *restrict from, Real *restrict distance, int32_t *restrict medium_of) {
+    const RTile tile = *from;
+    for (int i = 0; i < tile.count; i++) fly_lane(medium, &tile, ray, id[i], i, distance, medium_of, 1); /* vec */
 }
 
 /* paths.weight takes the flights' weights (flight_lookup.h). */
@@ -117,7 +127,7 @@ static void track_grey(NphPathBatch *batch) {
             fly_one_by_one(batch, m, &stream);
         } else if (medium->shape != NPH_SHAPE_GRID) {
             RTile tile = r_tile(batch, &stream, batch->count, m);
-            fly_homogeneous(medium, paths->p[0], paths->id, &tile, batch->distance, batch->medium);
+            (scene->weighed ? fly_weighed : fly_homogeneous)(medium, paths->p[0], paths->id, &tile, batch->distance, batch->medium);
             batch->tally.tentative += batch->count;
         } else {
             RFlights *flights = batch->flights;

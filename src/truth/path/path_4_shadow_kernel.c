@@ -75,11 +75,13 @@ typedef struct RSunlight {
     RTile tile;
 } RSunlight;
 
+/* by_chance: a constant of the loop; else no light sample is left out, and none draws a number. */
 R_INLINE void light_lane(const RSunlight *sun, const Real *from, const int32_t *id, int i, Real distance, Real *rays,
-                         int k) {
+                         int k, int by_chance) {
     Real d[3] = {r_lane(from, R_OF_D, i), r_lane(from, R_OF_D + 1, i), r_lane(from, R_OF_D + 2, i)};
     Real weight = r_lane(from, R_OF_WEIGHT, i) * sun->albedo * r_phase_at(&sun->phase, r_angle_between(d, sun->to));
-    Real chance = r_light_chance(sun->least, weight), drawn = r_uniform(r_tile_words(&sun->tile, id[i], 0).w2);
+    Real chance = by_chance ? r_light_chance(sun->least, weight) : R(1.0);
+    Real drawn = by_chance ? r_uniform(r_tile_words(&sun->tile, id[i], 0).w2) : R(0.0);
     Real largest = r_max(weight * sun->value[0], R(0.0));
     largest = r_max(largest, weight * sun->value[1]);
     largest = r_max(largest, weight * sun->value[2]);
@@ -102,7 +104,9 @@ R_INLINE void light_lane(const RSunlight *sun, const Real *from, const int32_t *
                         const int32_t *restrict queue, const Real *restrict distance, Real *restrict rays) {      \
         RSunlight sun = *constant;                                                                                \
         sun.phase.kind = (phase_kind);                                                                            \
-        for (int k = 0; k < sun.tile.count; k++) light_lane(&sun, from, id, queue[k], distance[queue[k]], rays, k); \
+        int count = sun.tile.count, sure = sun.least > R(0.0) ? 0 : count;                                        \
+        for (int k = 0; k < sure; k++) light_lane(&sun, from, id, queue[k], distance[queue[k]], rays, k, 0);      \
+        for (int k = sure; k < count; k++) light_lane(&sun, from, id, queue[k], distance[queue[k]], rays, k, 1);  \
     }
 SUNLIGHT(sunlight_isotropic, NPH_PHASE_ISOTROPIC)
 SUNLIGHT(sunlight_hg, NPH_PHASE_HG)

@@ -58,9 +58,21 @@ TURN(guide_two_lobe, NPH_PHASE_TWO_LOBE, 1)
 TURN(guide_draine, NPH_PHASE_DRAINE, 1)
 TURN(guide_tabulated, NPH_PHASE_TABULATED, 1)
 
+/* Where every path lives, as at albedo 1, they stand together already. */
+static int keep_ranks(const NphPathBatch *batch, const RPaths *from, RPaths *to) {
+    int dead = 0;
+    for (int k = 0; k < batch->queued; k++) dead |= !(to->weight[0][k] > R(0.0));
+    if (dead) return 0;
+    for (int k = 0; k < batch->queued; k++) to->share[0][k] = R(1.0);
+    for (int k = 0; k < batch->queued; k++) to->id[k] = from->id[batch->queue[k]];
+    for (int k = 0; k < batch->queued; k++) to->hero[k] = from->hero[batch->queue[k]];
+    return 1;
+}
+
 /* Moves the paths that live together, in their order. */
 static int close_ranks(const NphPathBatch *batch, const RPaths *from, RPaths *to) {
     int count = 0;
+    if (keep_ranks(batch, from, to)) return batch->queued;
     for (int k = 0; k < batch->queued; k++) {
         int i = batch->queue[k];
         if (!(to->weight[0][k] > R(0.0))) continue;

@@ -45,6 +45,8 @@ typedef struct RFlights {
     int next;             /* the first ray that is not in a lane yet */
     RLanes ready, work;
     RDue due;
+    int32_t over[R_LANES]; /* lanes whose flight has ended in this pass */
+    int ended;
     RImage image[NPH_PATH_BATCH]; /* of each ray, where sides repeat */
 } RFlights;
 
@@ -276,16 +278,26 @@ static inline void r_flights_decide(RDue *due, const RMedium *medium) {
     }
 }
 
+/* What the step left: lanes at a tentative collision, lanes behind the medium. Without branches, which would be guessed
+ * wrong once or twice a flight. */
+static inline void r_flights_sort(RFlights *f) {
+    const RLanes *lanes = &f->work;
+    int due = 0, ended = 0;
+    for (int i = 0; i < lanes->count; i++) {
+        f->due.list[due] = i;
+        f->over[ended] = i;
+        due += lanes->state[i] == R_COLLIDES;
+        ended += lanes->state[i] == R_LEFT;
+    }
+    f->due.count = due;
+    f->ended = ended;
+}
+
 /* Tentative collisions of all lanes that have one; those that go on draw their next event. */
 static inline void r_flights_collide(RFlights *f, NphTally *tally, int shadow) {
     RLanes *lanes = &f->work;
     RDue *due = &f->due;
-    int count = 0;
-    for (int i = 0; i < lanes->count; i++) {
-        due->list[count] = i;
-        count += lanes->state[i] == R_COLLIDES;
-    }
-    due->count = count;
+    int count = due->count;
     if (count == 0) return;
     r_flights_look(lanes, due, f->medium, f->medium->grid.brick_index, f->medium->grid.values);
     if (shadow) r_flights_attenuate(due, f->scene->shadow_roulette);
@@ -300,6 +312,8 @@ static inline void r_flights_collide(RFlights *f, NphTally *tally, int shadow) {
         lanes->T[i] = due->T[k];
         lanes->state[i] = exhausted ? R_LEFT : R_COLLIDES; /* what is over stays at its collision */
         if (exhausted) f->image[lanes->ray[i]].end = R(0.0);
+        f->over[f->ended] = i;
+        f->ended += over | exhausted;
         due->list[left] = i;
         left += !(over | exhausted);
     }
@@ -308,25 +322,28 @@ static inline void r_flights_collide(RFlights *f, NphTally *tally, int shadow) {
     r_flights_draw(lanes, due, &f->stream);
 }
 
-/* Hands finished flights to `finish` and puts new rays into their lanes. */
+/* Hands finished flights to their rays and puts new rays into their lanes; without new ones the lanes move together. */
 static inline void r_flights_renew(RFlights *f, NphTally *tally, int shadow, int32_t *medium_of, int32_t medium) {
     RLanes *lanes = &f->work;
-    int repeats = f->medium->period.on;
-    for (int i = 0; i < lanes->count; i++) {
-        while (i < lanes->count && lanes->state[i] != R_WALKING) {
-            int32_t ray = lanes->ray[i];
-            if (repeats && lanes->state[i] == R_LEFT && r_flights_reenter(f, lanes, i, ray, 0, tally)) break;
-            if (shadow || f->scene->weighed) f->rays.T[ray] = lanes->T[i];
-            if (!shadow && f->scene->weighed)
-                f->rays.walked[ray] = lanes->walked[i] - (lanes->state[i] == R_LEFT ? lanes->depth[i] : R(0.0));
-            if (!shadow && lanes->state[i] == R_COLLIDES) {
-                f->rays.limit[ray] = lanes->t[i];
-                medium_of[ray] = medium;
-            }
-            if (f->ready.count == 0) r_flights_load(f, tally, shadow);
-            if (f->ready.count > 0) r_lane_copy(lanes, i, &f->ready, --f->ready.count);
-            else r_lane_copy(lanes, i, lanes, --lanes->count);
+    int repeats = f->medium->period.on, weighed = f->scene->weighed;
+    for (int k = 0; k < f->ended; k++) {
+        int i = f->over[k], collides = lanes->state[i] == R_COLLIDES;
+        int32_t ray = lanes->ray[i];
+        if (repeats && !collides && r_flights_reenter(f, lanes, i, ray, 0, tally)) continue;
+        if (shadow || weighed) f->rays.T[ray] = lanes->T[i];
+        if (!shadow && weighed) f->rays.walked[ray] = lanes->walked[i] - (collides ? R(0.0) : lanes->depth[i]);
+        if (!shadow) {
+            f->rays.limit[ray] = collides ? lanes->t[i] : f->rays.limit[ray];
+            medium_of[ray] = collides ? medium : medium_of[ray];
         }
+        if (f->ready.count == 0) r_flights_load(f, tally, shadow);
+        if (f->ready.count > 0) r_lane_copy(lanes, i, &f->ready, --f->ready.count);
+    }
+    if (f->ready.count > 0 || f->ended == 0) return;
+    for (int i = lanes->count - 1; i >= 0; i--) {
+        if (lanes->state[i] == R_WALKING) continue;
+        lanes->count--;
+        if (i < lanes->count) r_lane_copy(lanes, i, lanes, lanes->count);
     }
 }
 
@@ -342,6 +359,7 @@ static inline void r_flights_run(RFlights *f, NphTally *tally, int shadow, int32
     }
     while (f->work.count > 0) {
         r_flights_step(&f->work, f->medium, f->medium->majorant);
+        r_flights_sort(f);
         r_flights_collide(f, tally, shadow);
         r_flights_renew(f, tally, shadow, medium_of, medium);
     }

@@ -11,7 +11,8 @@ static double luminance(const double c[3]) { return 0.2126 * c[0] + 0.7152 * c[1
 
 /* Draine's and tables are taken for peaked from twice isotropic scattering on. */
 static int has_peak(const NphPhase *phase) {
-    if (phase->kind == NPH_PHASE_HG || phase->kind == NPH_PHASE_TWO_LOBE) return 1;
+    if (phase->kind == NPH_PHASE_HG) return !(phase->g[0] <= 0.0 && phase->g[0] >= 0.0);
+    if (phase->kind == NPH_PHASE_TWO_LOBE) return 1;
     int may = phase->kind == NPH_PHASE_DRAINE || phase->kind == NPH_PHASE_TABULATED;
     return may && nph_phase_peak(phase) > 0.15915494309189535;
 }

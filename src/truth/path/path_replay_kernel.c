@@ -47,7 +47,7 @@ static void add(Replay *r, const Real weight[3], const Real radiance[3]) {
     Real light[3];
     for (int c = 0; c < 3; c++) light[c] = weight[c] * radiance[c];
     r_film_rgb(r->scene, light);
-    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_L0 + c] += light[c];
+    for (int c = 0; c < r->scene->film_channels; c++) r->field[NPH_SAMPLE_L0 + c] += light[c];
     r->field[NPH_SAMPLE_ORDER] += (Real)r->vertex * r_luminance(light);
 }
 
@@ -309,7 +309,8 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
     }
     if (ray.weight > R(0.0)) follow(&r, ray.start);
     else tell(&r, "  outside of the fisheye's circle");
+    int grey = r.scene->film_channels == 1; /* the film then has one channel */
     tell(&r, "result: %.9g %.9g %.9g after %u scatterings, %lld tentative collisions", (double)r.field[0],
-         (double)r.field[1], (double)r.field[2], r.vertex, (long long)r.tally.tentative);
+         (double)r.field[grey ? 0 : 1], (double)r.field[grey ? 0 : 2], r.vertex, (long long)r.tally.tentative);
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] = (double)r.field[f];
 }

@@ -100,7 +100,8 @@ static inline void r_path_vertex(const NphPathBatch *batch, int i, RVertex *vert
     r_vertex_on_surface(scene->surfaces.albedo[batch->surface[i]], p, n, d, vertex);
 }
 
-/* Adds weight * radiance to a path's sample, and to its order-weighted luminance; scene: the path's own. */
+/* Adds weight * radiance to a path's sample, as many channels of it as the film has, and to its order-weighted luminance;
+ * scene: the path's own. */
 static inline void r_add_light(NphPathBatch *batch, const RScene *scene, int32_t id, const Real weight[3], const Real radiance[3],
                                uint32_t order) {
     Real light[3];
@@ -109,7 +110,7 @@ static inline void r_add_light(NphPathBatch *batch, const RScene *scene, int32_t
         if (NPH_BUG(12)) light[c] = r_min(light[c], R(1.0));
     }
     r_film_rgb(scene, light);
-    for (int c = 0; c < 3; c++) batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
+    for (int c = 0; c < scene->film_channels; c++) batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
     batch->samples[NPH_SAMPLE_ORDER * NPH_PATH_BATCH + id] += (Real)order * r_luminance(light);
 }
 
