@@ -13,6 +13,7 @@
 
 #include <stdint.h>
 
+#include "core/fmath.h"
 #include "io/volume.h"
 
 enum { NPH_BRICK = 8, NPH_BRICK_EDGE = 9, NPH_BRICK_STRIDE = 736 }; /* 9^3 = 729, padded to a multiple of 16 */
@@ -30,13 +31,24 @@ typedef enum NphLookup { NPH_LOOKUP_NEAREST, NPH_LOOKUP_TRILINEAR } NphLookup;
 
 /* Upper bounds of the density over cells of NPH_MAJORANT_CELL^3 of lattice space: cell c covers u in
  * [4 c, 4 (c + 1)] per axis, both ends included, so the bound holds for either lookup on the cell's faces too. It is
- * the largest of the samples 4 c .. 4 c + 4 times 1 + 2^-20; a lookup never exceeds the samples it is made of. An
+ * the largest of the samples 4 c .. 4 c + 4 times 1 + 2^-20; a lookup never exceeds the samples it is made of. Its last four
+ * bits, by which it is larger still, tell the mean density of the cell in 32nds of the bound (nph_majorant_mean). An
  * empty cell (bound 0) holds minus the number k of cells that may be skipped: all cells within Chebyshev distance
  * k - 1 of it are empty (cells beyond the grid count as empty); k >= 1. */
 typedef struct NphMajorant {
     int32_t n[3]; /* cells per axis */
     float *cells; /* [z][y][x] */
 } NphMajorant;
+
+/* A bound above `most` that carries mean / most, from 0 to 1: the nearest of 1/32, 3/32 ... 31/32. */
+static inline float nph_majorant_bound(float most, double part) {
+    int32_t level = (int32_t)(part * 16.0);
+    return nph_from_bitsf(((nph_bitsf(most) + 15u) & ~15u) + (uint32_t)(level < 0 ? 0 : level > 15 ? 15 : level));
+}
+
+static inline float nph_majorant_mean(float bound) {
+    return (float)(int32_t)(nph_bitsf(bound) & 15u) * 0.0625f + 0.03125f;
+}
 
 typedef struct NphGrid {
     int32_t n[3];                  /* samples per axis, padding included; >= 3 */

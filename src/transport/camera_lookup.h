@@ -13,7 +13,7 @@ typedef struct RCameraRay {
     Real start;   /* metres from the sensor to p */
     Real weight;  /* 1; pi for a flux sensor, 4 pi for fluence; 0 where a fisheye sees nothing */
     Real pdf;     /* of d when a light sample at the sensor could have found it (flux, fluence), else -1 */
-    int32_t hero;
+    int32_t hero, sees;   /* sees: it may meet a medium or a surface */
 } RCameraRay;
 
 /* The part of a ray between two planes; inv = 1 / d, or 0 along an axis that the ray does not move along. */
@@ -58,11 +58,10 @@ static inline double r_camera_planes(const RSurfaces *surfaces, const double p[3
     return nearest;
 }
 
-/* How far the ray is moved before it becomes Real: to what it may meet; 0 inside it, or when there is nothing. */
+/* How far the ray is moved before it becomes Real: to what it may meet; 0 inside it, R_NO_SIGHT when there is nothing. */
 static inline double r_camera_advance(const RScene *scene, const double p[3], const double d[3], int planes) {
     double box = r_camera_box(scene, p, d), plane = planes ? r_camera_planes(&scene->surfaces, p, d) : R_NO_SIGHT;
-    double start = plane < box ? plane : box;
-    return start < R_NO_SIGHT ? start : 0.0;
+    return plane < box ? plane : box;
 }
 
 /* What the weight of a sensor's rays is: 1 over the density of their directions, times the cosine for flux. */
@@ -77,14 +76,14 @@ static inline RCameraRay r_camera_start(const RScene *scene, const double p[3], 
                                         int planes) {
     double inverse = 1.0 / nph_sqrt(along[0] * along[0] + along[1] * along[1] + along[2] * along[2]);
     double d[3] = {along[0] * inverse, along[1] * inverse, along[2] * inverse};
-    double start = r_camera_advance(scene, p, d, planes);
+    double reach = r_camera_advance(scene, p, d, planes), start = reach < R_NO_SIGHT ? reach : 0.0;
     const double *lo = scene->period_lo, *size = scene->period_size, *inverse_size = scene->period_inverse;
     double x = p[0] + start * d[0], y = p[1] + start * d[1];
     x -= size[0] * nph_floor((x - lo[0]) * inverse_size[0]);
     y -= size[1] * nph_floor((y - lo[1]) * inverse_size[1]);
     RCameraRay ray = {{(Real)x, (Real)y, (Real)(p[2] + start * d[2])},
                       {(Real)d[0], (Real)d[1], (Real)d[2]}, {(Real)p[0], (Real)p[1], (Real)p[2]}, (Real)start, R(1.0),
-                      R(-1.0), (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->heroes) >> 32)};
+                      R(-1.0), (int32_t)(((uint64_t)word * (uint64_t)(uint32_t)scene->heroes) >> 32), reach < R_NO_SIGHT};
     return ray;
 }
 

@@ -143,6 +143,7 @@ typedef struct RWalk {
     int32_t c0, c1, c2;
     int state;
     Real t, depth, majorant; /* majorant: of the density in the cell where a tentative collision happens */
+    Real expected;           /* depth so far by the cells' mean densities: weighed flights alone ask for it */
 } RWalk;
 enum { R_WALKING, R_COLLIDES, R_LEFT };
 
@@ -150,7 +151,7 @@ static inline int32_t r_cell_of(Real u, int32_t n) { return (int32_t)r_clamp(u *
 
 static inline RWalk r_walk_enter(const int32_t n[3], const RSpan *span, Real depth) {
     RWalk walk = {r_cell_of(span->o[0] + span->near * span->d[0], n[0]), r_cell_of(span->o[1] + span->near * span->d[1], n[1]),
-                  r_cell_of(span->o[2] + span->near * span->d[2], n[2]), R_WALKING, span->near, depth, R(0.0)};
+                  r_cell_of(span->o[2] + span->near * span->d[2], n[2]), R_WALKING, span->near, depth, R(0.0), R(0.0)};
     return walk;
 }
 
@@ -175,7 +176,8 @@ static inline int32_t r_cross(int32_t cell, int32_t step, int crosses, Real u, R
 /* One step: to the tentative collision if it lies in this cell, else to the next cell (or behind the block of empty
  * cells around this one), or out of the medium. bound: what the majorant grid says of the cell. Cells move along the
  * ray only, so a walk ends. */
-static inline RWalk r_walk_step(const int32_t n[3], const RSpan *span, RWalk walk, Real bound, Real sigma) {
+static inline RWalk r_walk_step(const int32_t n[3], const RSpan *span, RWalk walk, float entry, Real sigma) {
+    Real bound = (Real)entry;
     if (NPH_BUG(13) && bound > R(0.0)) bound *= R(0.8);
     int32_t step = bound < R(0.0) ? (int32_t)-bound : 1;
     Real rate = (bound < R(0.0) ? R(0.0) : bound) * sigma;
@@ -197,11 +199,15 @@ static inline RWalk r_walk_step(const int32_t n[3], const RSpan *span, RWalk wal
     walk.c1 = stays ? walk.c1 : c1;
     walk.c2 = stays ? walk.c2 : c2;
     walk.t = hits ? along : exit;
+    walk.expected += (Real)nph_majorant_mean(entry) * (hits ? walk.depth : through);
     walk.depth = hits ? walk.depth : walk.depth - through;
     walk.state = hits ? R_COLLIDES : out ? R_LEFT : R_WALKING;
     walk.majorant = bound;
     return walk;
 }
+
+/* Mean density over bound in the cell of a tentative collision. */
+static inline Real r_walk_control(Real majorant) { return (Real)nph_majorant_mean((float)majorant); }
 
 /* A position along one axis, clamped to the walk's cell and the medium's box. */
 static inline Real r_within(Real u, int32_t cell, Real lo, Real hi) {
@@ -216,7 +222,7 @@ typedef struct REvents {
     RStream stream;
     NphWords words;
     uint32_t count;
-    Real survived, walked; /* of a flight: product of r_null_weight, optical depth of the majorant */
+    Real survived, expected; /* of a flight: product of r_null_weight, depth that the cells' means make of the majorant's */
     uint32_t violations;   /* of an emission's bound */
 } REvents;
 
@@ -244,7 +250,7 @@ static inline int r_exhausted(const REvents *events) { return events->count >= 2
 static inline int r_walk_on(const RMedium *medium, const RSpan *span, RWalk *walk) {
     do {
         int32_t cell = r_walk_cell(medium->majorant_n, walk->c0, walk->c1, walk->c2);
-        *walk = r_walk_step(medium->majorant_n, span, *walk, (Real)medium->majorant[cell], medium->sigma_max);
+        *walk = r_walk_step(medium->majorant_n, span, *walk, medium->majorant[cell], medium->sigma_max);
     } while (walk->state == R_WALKING);
     return walk->state == R_COLLIDES;
 }
@@ -269,17 +275,18 @@ static inline Real r_density_at(const RMedium *medium, const Real p[3]) {
 }
 
 /* Weighed flights. Collisions happen with `collide` = k of the extinction only; the rest weighs the flight with
- * exp(-(1 - k) tau), estimated as exp(-(1 - k) control D) prod w_i over the flight's virtual collisions, D its depth in the
- * majorant M. They are a Poisson process of rate M (1 - k rho), rho = sigma / M, so that with
- *   w = 1 - (1 - k) (rho - control) / (1 - k rho)
- * the mean of the product is exp(-(1 - k) (tau - control D)). w >= 0 for rho <= 1. One medium, channels alike. */
+ * exp(-(1 - k) tau), estimated as exp(-(1 - k) E) prod w_i over the flight's virtual collisions: the majorant's cells expect
+ * control M of the extinction, c M in short, E in all [Novak14: the residual is tracked]. Virtual collisions are a Poisson
+ * process of rate M (1 - k rho), rho = sigma / M, so that with
+ *   w = 1 - (1 - k) (rho - c) / (1 - k rho)
+ * the mean of the product is exp(-(1 - k) (tau - E)). w >= 0 for rho <= 1. One medium, channels alike. */
 static inline Real r_null_weight(Real collide, Real control, Real rho) {
     if (NPH_BUG(24)) return R(1.0);
     return R(1.0) - (R(1.0) - collide) * (rho - control) / (R(1.0) - collide * rho);
 }
 
-static inline Real r_flight_weight(const RMedium *medium, Real survived, Real walked) {
-    return survived * r_exp(-(R(1.0) - medium->collide) * medium->control * walked);
+static inline Real r_flight_weight(const RMedium *medium, Real survived, Real expected) {
+    return survived * r_exp(-(R(1.0) - medium->collide) * expected);
 }
 
 /* Of a closed form: the whole weight. */
@@ -301,22 +308,24 @@ static inline int r_fly_segment(const RMedium *medium, const RSpan *span, int he
 static inline int r_fly_grid(const RMedium *medium, const RSpan *span, int hero, REvents *events, NphTally *tally, Real *depth,
                              Real *decision, Real *t) {
     RWalk walk = r_walk_enter(medium->majorant_n, span, *depth);
+    walk.expected = events->expected;
     while (r_walk_on(medium, span, &walk)) {
         Real density = r_walk_density(medium, span, &walk);
         tally->tentative++;
         tally->violations += density > walk.majorant;
         Real rho = density / walk.majorant;
         *t = walk.t;
+        events->expected = walk.expected;
         if (*decision < rho * medium->ratio[hero] * medium->collide) return 1;
-        events->survived *= r_null_weight(medium->collide, medium->control, rho);
+        events->survived *= r_null_weight(medium->collide, r_walk_control(walk.majorant), rho);
         *t = R(-1.0);
         if (r_exhausted(events)) {
             tally->exhausted++;
             return 1;
         }
         r_next_event(events, &walk.depth, decision);
-        events->walked += walk.depth;
     }
+    events->expected = walk.expected;
     *depth = walk.depth;
     return 0;
 }
@@ -333,7 +342,6 @@ static inline Real r_free_flight(const RMedium *medium, const Real p[3], const R
         if (!span.inside) continue;
         if (events->count == 0) {
             r_next_event(events, &depth, &decision);
-            events->walked = grid ? depth : R(0.0);
             tally->tentative += !grid;
         }
         int over = grid ? r_fly_grid(medium, &span, hero, events, tally, &depth, &decision, &t)
@@ -341,7 +349,6 @@ static inline Real r_free_flight(const RMedium *medium, const Real p[3], const R
         if (over) return t;
     } while (r_next_image(medium, p, d, &image));
     tally->exhausted += image.left == 0;
-    if (grid) events->walked -= depth;
     return R(-1.0);
 }
 

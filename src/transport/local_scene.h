@@ -66,7 +66,7 @@ typedef struct RMedium {
     Real reach_lo[3], reach_hi[3]; /* where it is denser than 0, scene-local; without end along axes that repeat */
     Real sigma[3], sigma_max, ratio[3]; /* ratio = sigma / sigma_max */
     Real collide;               /* part of the extinction that makes collisions; the rest weighs flights */
-    Real control;               /* mean of density over majorant: what weighing expects of a virtual collision */
+    int empty;                  /* of a grid: no density anywhere */
     Real albedo[3];             /* over collide */
     RPhase phase;
     RGrid grid;

@@ -13,16 +13,6 @@
 
 #define R_NO_END 1e300
 
-/* Density over majorant in the mean over the cells, each as heavy as its majorant. */
-static inline Real r_mean_of_majorant(const NphGrid *grid) {
-    const int32_t *n = grid->majorant.n;
-    int64_t cells = (int64_t)n[0] * n[1] * n[2], samples = NPH_MAJORANT_CELL * NPH_MAJORANT_CELL * NPH_MAJORANT_CELL;
-    double sum = 0.0;
-    for (int64_t i = 0; i < cells; i++) sum += grid->majorant.cells[i] > 0.0f ? (double)grid->majorant.cells[i] : 0.0;
-    double part = sum > 0.0 ? grid->sum / (sum * (double)samples) : 0.0;
-    return (Real)(part < 1.0 ? part : 1.0);
-}
-
 /* The box [lo, hi] of a space and where it lies; out->shape is set. */
 static inline void r_prepare_place(const double world_from[12], const double lo[3], const double hi[3],
                                    const double origin[3], RMedium *out) {
@@ -66,7 +56,7 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
     out->majorant = medium->grid.majorant.cells;
-    out->control = r_mean_of_majorant(&medium->grid);
+    out->empty = !(medium->grid.sum > 0.0);
     for (int a = 0; a < 3; a++) out->majorant_n[a] = medium->grid.majorant.n[a];
 }
 
@@ -183,7 +173,7 @@ static inline void r_prepare_emitter(const NphMedium *medium, const RScene *scen
     int others = scene->surfaces.count;
     for (int m = 0; m < scene->medium_count; m++) {
         const RMedium *other = &scene->media[m];
-        int empty = !(other->sigma_max > R(0.0)) || (other->shape == NPH_SHAPE_GRID && !(other->control > R(0.0)));
+        int empty = !(other->sigma_max > R(0.0)) || (other->shape == NPH_SHAPE_GRID && other->empty);
         others += other->number != number && !empty;
     }
     for (int c = 0; c < 3; c++) out->value[c] = (Real)emission->value[c];

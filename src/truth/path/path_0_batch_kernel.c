@@ -65,7 +65,7 @@ static size_t place(NphPathBatch *batch, char *memory) {
     }
     PLACE(batch->distance, reals);
     PLACE(batch->survived, reals);
-    PLACE(batch->walked, reals);
+    PLACE(batch->expected, reals);
     PLACE(batch->medium, ints);
     PLACE(batch->surface, ints);
     for (int a = 0; a < 3; a++) PLACE(batch->surface_p[a], reals);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "transport/camera_lookup.h"
+#include "transport/lights_lookup.h"
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch);
@@ -15,7 +16,7 @@ static int plain(NphSensorKind kind) { return !nph_sensor_gathers(kind) && kind 
 
 /* All 4096 rays of a tile, one grey channel. */
 R_OUTLINE void generate_lanes(const RScene *restrict constant, const RTile *restrict from, Real *restrict to,
-                              Real *restrict start) {
+                              Real *restrict start, int32_t *restrict sees) {
     const RScene *scene = constant;
     RTile tile = *from;
     double perspective = scene->sensor.kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0;
@@ -32,7 +33,23 @@ R_OUTLINE void generate_lanes(const RScene *restrict constant, const RTile *rest
         to[R_OF_SHARE * NPH_PATH_BATCH + i] = R(1.0);
         to[R_OF_PDF * NPH_PATH_BATCH + i] = R(-1.0);
         start[i] = ray.start;
+        sees[i] = ray.sees;
     }
+}
+
+/* Where no light can be met, paths that meet nothing at all have ended: they see through. The others move together. */
+static void part_blind(NphPathBatch *batch, RPaths *paths, const int32_t *sees) {
+    int count = 0;
+    for (int32_t id = 0; id < NPH_PATH_BATCH; id++) {
+        for (int c = 0; c < 3 && !sees[id]; c++) batch->samples[(NPH_SAMPLE_T0 + c) * NPH_PATH_BATCH + id] = R(1.0);
+        for (int a = 0; a < 3; a++) {
+            paths->p[a][count] = paths->p[a][id];
+            paths->d[a][count] = paths->d[a][id];
+        }
+        paths->id[count] = id;
+        count += sees[id];
+    }
+    batch->count = count;
 }
 
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
@@ -45,10 +62,11 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
         scene->surfaces.plane_count == 0) {
         RStream stream = r_stream(scene, NPH_RNG_GENERATE, 0, 0, 0);
         RTile tile = r_tile(batch, &stream, NPH_PATH_BATCH, 0);
-        generate_lanes(scene, &tile, paths->p[0], batch->start);
+        generate_lanes(scene, &tile, paths->p[0], batch->start, batch->surface);
         for (int32_t id = 0; id < NPH_PATH_BATCH; id++) paths->id[id] = id;
         memset(paths->hero, 0, sizeof(int32_t) * NPH_PATH_BATCH);
         batch->count = NPH_PATH_BATCH;
+        if (!r_lights_are_met(scene) && scene->surfaces.count == 0) part_blind(batch, paths, batch->surface);
         return;
     }
     for (int32_t id = 0; id < NPH_PATH_BATCH; id++) {

@@ -74,7 +74,7 @@ static void fly_one_by_one(NphPathBatch *batch, int m, const RStream *base) {
         batch->medium[i] = t >= R(0.0) ? m : batch->medium[i];
         batch->distance[i] = t >= R(0.0) ? t : batch->distance[i];
         batch->survived[i] = events.survived;
-        batch->walked[i] = events.walked;
+        batch->expected[i] = events.expected;
     }
 }
 
@@ -106,9 +106,9 @@ R_OUTLINE void fly_weighed(const RMedium *restrict medium, const Real *restrict 
 }
 
 /* paths.weight takes the flights' weights (flight_lookup.h). */
-R_OUTLINE void weigh(const RMedium *restrict medium, const Real *restrict survived, const Real *restrict walked,
+R_OUTLINE void weigh(const RMedium *restrict medium, const Real *restrict survived, const Real *restrict expected,
                      Real *restrict weight, int count) {
-    for (int i = 0; i < count; i++) weight[i] *= r_flight_weight(medium, survived[i], walked[i]); /* vec */
+    for (int i = 0; i < count; i++) weight[i] *= r_flight_weight(medium, survived[i], expected[i]); /* vec */
 }
 
 static void track_grey(NphPathBatch *batch) {
@@ -117,7 +117,7 @@ static void track_grey(NphPathBatch *batch) {
     RStream stream = r_stream(scene, NPH_RNG_TRACK, 0, 0, batch->vertex);
     for (int i = 0; i < batch->count && scene->weighed; i++) {
         batch->survived[i] = R(1.0);
-        batch->walked[i] = R(0.0);
+        batch->expected[i] = R(0.0);
     }
     for (int m = 0; m < scene->medium_count; m++) {
         const RMedium *medium = &scene->media[m];
@@ -135,10 +135,10 @@ static void track_grey(NphPathBatch *batch) {
             flights->medium = medium;
             flights->stream = stream;
             flights->batch = batch;
-            flights->rays = (RRays){paths->p[0], batch->distance, batch->survived, batch->walked, paths->id, batch->count};
+            flights->rays = (RRays){paths->p[0], batch->distance, batch->survived, batch->expected, paths->id, batch->count};
             r_flights_run(flights, &batch->tally, 0, batch->medium, m);
         }
-        if (scene->weighed) weigh(medium, batch->survived, batch->walked, paths->weight[0], batch->count);
+        if (scene->weighed) weigh(medium, batch->survived, batch->expected, paths->weight[0], batch->count);
     }
 }
 

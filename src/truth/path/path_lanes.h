@@ -14,7 +14,7 @@ enum { R_LANES = 128, R_FEW = 4 }; /* so few rays are followed one by one */
 /* Rays to follow: T and limit are read, and written when the flight ends. ray: six arrays of NPH_PATH_BATCH, p and d. */
 typedef struct RRays {
     const Real *ray;
-    Real *limit, *T, *walked;
+    Real *limit, *T, *expected;
     const int32_t *id;
     int count;
 } RRays;
@@ -23,7 +23,7 @@ typedef struct RLanes {
     int32_t ray[R_LANES], state[R_LANES], c0[R_LANES], c1[R_LANES], c2[R_LANES];
     uint32_t pixel[R_LANES], sample[R_LANES], events[R_LANES], spare0[R_LANES], spare1[R_LANES];
     Real o[3][R_LANES], d[3][R_LANES], inv[3][R_LANES], far[R_LANES];
-    Real t[R_LANES], depth[R_LANES], majorant[R_LANES], decision[R_LANES], T[R_LANES], walked[R_LANES];
+    Real t[R_LANES], depth[R_LANES], majorant[R_LANES], decision[R_LANES], T[R_LANES], expected[R_LANES];
     int count;
 } RLanes;
 
@@ -98,7 +98,6 @@ static inline void r_flights_draw(RLanes *lanes, RDue *due, const RStream *strea
     for (int k = 0; k < count; k++) {
         int i = due->list[k];
         lanes->depth[i] = due->depth[k];
-        lanes->walked[i] += due->depth[k];
         lanes->decision[i] = due->decision[k];
         lanes->state[i] = R_WALKING;
     }
@@ -126,7 +125,7 @@ static inline void r_lane_copy(RLanes *to, int i, const RLanes *from, int j) {
     to->majorant[i] = from->majorant[j];
     to->decision[i] = from->decision[j];
     to->T[i] = from->T[j];
-    to->walked[i] = from->walked[j];
+    to->expected[i] = from->expected[j];
 }
 
 /* Clips the rays from `ray` on, enters their first cells; state R_LEFT where nothing is inside. */
@@ -199,7 +198,7 @@ static inline void r_flights_load(RFlights *f, NphTally *tally, int shadow) {
             lanes->sample[kept] = r_sample(f->batch, rays->id[first + i]);
             lanes->events[kept] = 0;
             lanes->T[kept] = T;
-            lanes->walked[kept] = R(0.0);
+            lanes->expected[kept] = R(0.0);
             f->due.list[kept] = kept;
             kept++;
         }
@@ -210,25 +209,32 @@ static inline void r_flights_load(RFlights *f, NphTally *tally, int shadow) {
     }
 }
 
-/* One step of the walk for every lane. */
-static inline void r_flights_step(RLanes *restrict lanes, const RMedium *restrict medium, const float *restrict bounds) {
+/* One step of the walk for one lane; weighed: a constant of the loop. */
+R_INLINE void r_lane_step(RLanes *lanes, int i, const int32_t n[3], const float *bounds, Real sigma, int weighed) {
+    RSpan span = {{lanes->o[0][i], lanes->o[1][i], lanes->o[2][i]},
+                  {lanes->d[0][i], lanes->d[1][i], lanes->d[2][i]},
+                  {lanes->inv[0][i], lanes->inv[1][i], lanes->inv[2][i]}, R(0.0), lanes->far[i], 1};
+    RWalk walk = {lanes->c0[i], lanes->c1[i], lanes->c2[i], R_WALKING, lanes->t[i], lanes->depth[i], R(0.0), R(0.0)};
+    if (weighed) walk.expected = lanes->expected[i];
+    walk = r_walk_step(n, &span, walk, bounds[r_walk_cell(n, walk.c0, walk.c1, walk.c2)], sigma);
+    lanes->c0[i] = walk.c0;
+    lanes->c1[i] = walk.c1;
+    lanes->c2[i] = walk.c2;
+    lanes->state[i] = walk.state;
+    lanes->t[i] = walk.t;
+    lanes->depth[i] = walk.depth;
+    lanes->majorant[i] = walk.majorant;
+    if (weighed) lanes->expected[i] = walk.expected;
+}
+
+/* One step for every lane. */
+static inline void r_flights_step(RLanes *restrict lanes, const RMedium *restrict medium, const float *restrict bounds,
+                                  int weighed) {
     const int32_t n[3] = {medium->majorant_n[0], medium->majorant_n[1], medium->majorant_n[2]};
     Real sigma = medium->sigma_max;
-    int count = lanes->count;
-    for (int i = 0; i < count; i++) { /* vec */
-        RSpan span = {{lanes->o[0][i], lanes->o[1][i], lanes->o[2][i]},
-                      {lanes->d[0][i], lanes->d[1][i], lanes->d[2][i]},
-                      {lanes->inv[0][i], lanes->inv[1][i], lanes->inv[2][i]}, R(0.0), lanes->far[i], 1};
-        RWalk walk = {lanes->c0[i], lanes->c1[i], lanes->c2[i], R_WALKING, lanes->t[i], lanes->depth[i], R(0.0)};
-        walk = r_walk_step(n, &span, walk, (Real)bounds[r_walk_cell(n, walk.c0, walk.c1, walk.c2)], sigma);
-        lanes->c0[i] = walk.c0;
-        lanes->c1[i] = walk.c1;
-        lanes->c2[i] = walk.c2;
-        lanes->state[i] = walk.state;
-        lanes->t[i] = walk.t;
-        lanes->depth[i] = walk.depth;
-        lanes->majorant[i] = walk.majorant;
-    }
+    int count = lanes->count, plain = weighed ? 0 : count;
+    for (int i = 0; i < plain; i++) r_lane_step(lanes, i, n, bounds, sigma, 0); /* vec */
+    for (int i = plain; i < count; i++) r_lane_step(lanes, i, n, bounds, sigma, 1); /* vec */
 }
 
 /* Density over majorant where the lanes of due->list stand. */
@@ -270,11 +276,11 @@ static inline void r_flights_attenuate(RDue *due, Real roulette) {
 
 /* Delta tracking: T of the lanes that meet a virtual collision, and whose flight is over. */
 static inline void r_flights_decide(RDue *due, const RMedium *medium) {
-    Real collide = medium->collide, control = medium->control;
+    Real collide = medium->collide;
     int count = due->count;
     for (int k = 0; k < count; k++) { /* vec */
         due->hits[k] = due->decision[k] < due->rho[k] * collide;
-        due->T[k] = due->hits[k] ? due->T[k] : due->T[k] * r_null_weight(collide, control, due->rho[k]);
+        due->T[k] = due->hits[k] ? due->T[k] : due->T[k] * r_null_weight(collide, r_walk_control(due->depth[k]), due->rho[k]);
     }
 }
 
@@ -331,7 +337,7 @@ static inline void r_flights_renew(RFlights *f, NphTally *tally, int shadow, int
         int32_t ray = lanes->ray[i];
         if (repeats && !collides && r_flights_reenter(f, lanes, i, ray, 0, tally)) continue;
         if (shadow || weighed) f->rays.T[ray] = lanes->T[i];
-        if (!shadow && weighed) f->rays.walked[ray] = lanes->walked[i] - (collides ? R(0.0) : lanes->depth[i]);
+        if (!shadow && weighed) f->rays.expected[ray] = lanes->expected[i];
         if (!shadow) {
             f->rays.limit[ray] = collides ? lanes->t[i] : f->rays.limit[ray];
             medium_of[ray] = collides ? medium : medium_of[ray];
@@ -358,7 +364,7 @@ static inline void r_flights_run(RFlights *f, NphTally *tally, int shadow, int32
         if (f->ready.count == 0) r_flights_load(f, tally, shadow);
     }
     while (f->work.count > 0) {
-        r_flights_step(&f->work, f->medium, f->medium->majorant);
+        r_flights_step(&f->work, f->medium, f->medium->majorant, !shadow && f->scene->weighed);
         r_flights_sort(f);
         r_flights_collide(f, tally, shadow);
         r_flights_renew(f, tally, shadow, medium_of, medium);

@@ -47,7 +47,8 @@ static void add(Replay *r, const Real weight[3], const Real radiance[3]) {
     Real light[3];
     for (int c = 0; c < 3; c++) light[c] = weight[c] * radiance[c];
     r_film_rgb(r->scene, light);
-    for (int c = 0; c < r->scene->film_channels; c++) r->field[NPH_SAMPLE_L0 + c] += light[c];
+    int colours = r->scene->film_channels > 1 ? 3 : 1;
+    for (int c = 0; c < colours; c++) r->field[NPH_SAMPLE_L0 + c] += light[c];
     r->field[NPH_SAMPLE_ORDER] += (Real)r->vertex * r_luminance(light);
 }
 
@@ -59,7 +60,7 @@ static int fly(Replay *r, Real limit, Real *distance) {
     for (int m = 0; m < r->scene->medium_count; m++) {
         REvents events = r_events(&stream, 0, r->scene->media[m].number);
         Real t = r_free_flight(&r->scene->media[m], r->p, r->d, nearest, r->hero, &events, &r->tally);
-        if (r->scene->weighed) r->weight[0] *= r_flight_weight(&r->scene->media[m], events.survived, events.walked);
+        if (r->scene->weighed) r->weight[0] *= r_flight_weight(&r->scene->media[m], events.survived, events.expected);
         if (t < R(0.0)) continue;
         nearest = t;
         hit = m;

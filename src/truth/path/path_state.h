@@ -36,7 +36,7 @@ struct NphPathBatch {
     int32_t *medium;           /* in which it happens */
     int32_t *surface;          /* where there are surfaces: the one at which the path is if it does not collide; -1 */
     Real *surface_p[3], *surface_n[3], *surface_t; /* RMet */
-    Real *survived, *walked;   /* where flights are weighed: weight of virtual collisions, majorant's depth of the flight */
+    Real *survived, *expected; /* where flights are weighed: weight of virtual collisions, depth by the cells' means */
     int32_t *queue, *escaped;  /* positions of the paths that collide, then of those at surfaces; that leave */
     int queued, touched, left;
     Real *ray[3], *towards[3]; /* rays from vertices to a light: [4096] each, as those below */
@@ -110,7 +110,8 @@ static inline void r_add_light(NphPathBatch *batch, const RScene *scene, int32_t
         if (NPH_BUG(12)) light[c] = r_min(light[c], R(1.0));
     }
     r_film_rgb(scene, light);
-    for (int c = 0; c < scene->film_channels; c++) batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
+    int colours = scene->film_channels > 1 ? 3 : 1;
+    for (int c = 0; c < colours; c++) batch->samples[(NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH + id] += light[c];
     batch->samples[NPH_SAMPLE_ORDER * NPH_PATH_BATCH + id] += (Real)order * r_luminance(light);
 }
 

@@ -52,9 +52,10 @@ static inline Real r_depth(const RMedium *medium, const RSpan *whole, Real from,
     Real depth = R(0.0);
     while (walk.state == R_WALKING) { /* sigma 0: nothing stops the walk but the end */
         int32_t cell[3] = {walk.c0, walk.c1, walk.c2};
-        Real start = walk.t, bound = (Real)medium->majorant[r_walk_cell(medium->majorant_n, cell[0], cell[1], cell[2])];
+        float bound = medium->majorant[r_walk_cell(medium->majorant_n, cell[0], cell[1], cell[2])];
+        Real start = walk.t;
         walk = r_walk_step(medium->majorant_n, &span, walk, bound, R(0.0));
-        if (bound > R(0.0) && walk.t > start) depth += r_cell_depth(medium, &span, cell, start, walk.t);
+        if (bound > 0.0f && walk.t > start) depth += r_cell_depth(medium, &span, cell, start, walk.t);
     }
     return depth;
 }
