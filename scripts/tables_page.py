@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What scripts/tables has rendered, written down: reference/tables/results/TABLE-ESTIMATOR.csv and docs/accuracy.md.
+"""What scripts/tables and scripts/agreement have rendered, written down: reference/tables/results/TABLE-ESTIMATOR.csv and
+docs/accuracy.md.
 
 Per value z = (ours - published) / sqrt(standard error^2 + table's error^2). Of n values the largest |z| must stay below the
 Bonferroni bound at 1%, and the root mean square between the roots of chi-square's 0.5% and 99.5% points over n: every value is a
 run of its own, so all are independent. Values darker than 5 of their standard errors say little and follow no normal
 law: they are counted apart, and must only not exceed the bound."""
+import csv
 import math
 import pathlib
 import textwrap
@@ -90,11 +92,26 @@ def section(key, results):
     return lines + ['', 'All:' if few else 'The ten that differ most:', '', *rows(chosen), '']
 
 
+def agreement(folder):
+    """What scripts/agreement has found."""
+    with open(folder / 'agreement.csv', encoding='utf-8', newline='') as file:
+        found = list(csv.DictReader(file))
+    what = ('Path and light share the free flights and nothing else; path and single share the scene. Single is compared where the albedo is a '
+            'ten thousandth of the scene\'s. Pictures of 16 x 16 pixels or a little less, other cameras and lights where a method cannot see '
+            'the scene as it is (all in the script). Difference and standard error are relative to the mean of the image.')
+    lines = ['## Path against light tracing and single scattering', '', textwrap.fill(what, 128), '', '    scripts/agreement', '',
+             '| scene | against | samples of path | of the other | difference | standard error | verdict at 0.2% | CPU seconds |', '|---|---|---|---|---|---|---|---|']
+    for row in found:
+        lines.append(f"| {row['scene']} | {row['against']} | {row['path_samples']} | {row['other_samples']} | {100 * float(row['relative_difference']):+.3f}% "
+                     f"| {100 * float(row['standard_error']):.3f}% | `{row['verdict']}` | {row['cpu_path']} + {row['cpu_other']} |")
+    return lines + ['']
+
+
 def write(root, results):
     folder = root / 'reference/tables/results'
     folder.mkdir(exist_ok=True)
     parts = [(folder / name).read_text(encoding='utf-8').rstrip('\n') for name in ('head.md', 'statistics.md')]
-    lines = '\n\n'.join(parts).split('\n') + ['']
+    lines = '\n\n'.join(parts).split('\n') + [''] + agreement(folder)
     for key, found in results.items():
         values = list(judged(found))
         if values:
