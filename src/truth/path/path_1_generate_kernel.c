@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "transport/camera_lookup.h"
-#include "transport/lights_lookup.h"
 #include "truth/path/path_state.h"
 
 void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch);
@@ -57,6 +56,7 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
     RPaths *paths = &batch->paths[batch->now];
     int count = 0, whole = batch->inside[0] <= batch->tile_x && batch->inside[1] <= batch->tile_y &&
                            batch->inside[2] >= batch->tile_x + NPH_TILE && batch->inside[3] >= batch->tile_y + NPH_TILE;
+    int blind = r_path_blind(scene);
     batch->vertex = 0;
     if (whole && scene->channels == 1 && plain(scene->sensor.kind) &&
         scene->surfaces.plane_count == 0) {
@@ -66,7 +66,7 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
         for (int32_t id = 0; id < NPH_PATH_BATCH; id++) paths->id[id] = id;
         memset(paths->hero, 0, sizeof(int32_t) * NPH_PATH_BATCH);
         batch->count = NPH_PATH_BATCH;
-        if (!r_lights_are_met(scene) && scene->surfaces.count == 0) part_blind(batch, paths, batch->surface);
+        if (blind) part_blind(batch, paths, batch->surface);
         return;
     }
     for (int32_t id = 0; id < NPH_PATH_BATCH; id++) {
@@ -76,6 +76,9 @@ void NPH_KERNEL(nph_path_generate)(NphPathBatch *batch) {
         RCameraRay ray;
         r_camera_ray(scene, x, y, &stream, &ray);
         if (!(ray.weight > R(0.0))) continue;
+        int ended = blind && !ray.sees;
+        for (int c = 0; c < 3 && ended; c++) batch->samples[(NPH_SAMPLE_T0 + c) * NPH_PATH_BATCH + id] = R(1.0);
+        if (ended) continue;
         for (int a = 0; a < 3; a++) {
             paths->p[a][count] = ray.p[a];
             paths->d[a][count] = ray.d[a];

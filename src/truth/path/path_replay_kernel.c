@@ -308,7 +308,10 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
         r_vertex_at_sensor(&scene->sensor, ray.at, ray.d, &vertex);
         sample_lights(&r, &vertex);
     }
-    if (ray.weight > R(0.0)) follow(&r, ray.start);
+    if (r_path_blind(scene) && !ray.sees) {
+        for (int c = 0; c < 3; c++) r.field[NPH_SAMPLE_T0 + c] = R(1.0);
+        tell(&r, "  meets nothing");
+    } else if (ray.weight > R(0.0)) follow(&r, ray.start);
     else tell(&r, "  outside of the fisheye's circle");
     int grey = r.scene->film_channels == 1; /* the film then has one channel */
     tell(&r, "result: %.9g %.9g %.9g after %u scatterings, %lld tentative collisions", (double)r.field[0],

@@ -82,6 +82,14 @@ static inline const RScene *r_path_scene(const NphPathBatch *batch, int i) {
     return r_scene_group(batch->scene, batch->paths[batch->now].hero[i]);
 }
 
+/* Whether camera rays that miss the box of all media (RCameraRay.sees, in f64) have ended: no light can be met. One rule for
+ * whole tiles, parts of tiles and the replay, since a flight in f32 might graze what the ray misses. */
+static inline int r_path_blind(const RScene *scene) {
+    int plain = !nph_sensor_gathers(scene->sensor.kind) && scene->sensor.kind != NPH_SENSOR_FISHEYE;
+    int nothing = scene->surfaces.count == 0 && scene->emitter_count == 0 && !r_lights_are_met(scene);
+    return plain && scene->channels == 1 && nothing;
+}
+
 /* The vertex of path i, in a medium or on a surface. */
 static inline void r_path_vertex(const NphPathBatch *batch, int i, RVertex *vertex) {
     const RScene *scene = r_path_scene(batch, i);
