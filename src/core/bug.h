@@ -45,6 +45,7 @@ extern int nph_bug_number;
     X(27, "upside_down", "row 0 is the bottom")                                                                      \
     X(28, "forgotten_cosine", "light samples at surfaces and flux sensors forget the cosine")                        \
     X(29, "mixed_fractions", "trilinear fractions of x and y are exchanged")                                         \
-    X(30, "unweighted_guiding", "directions drawn towards the sun weigh as if drawn from the phase function")
+    X(30, "unweighted_guiding", "directions drawn towards the sun weigh as if drawn from the phase function")          \
+    X(31, "forced_collision", "a first collision that was forced weighs as if every path had it")
 
 #endif

@@ -19,6 +19,16 @@
 #define NPH_KERNEL(name) NPH_JOIN2(name, NPH_KERNEL_SUFFIX)
 #endif
 
+/* Functions whose loops must become vectors stay functions: inlined, gcc forgets that their parameters are restrict.
+ * What they call for each lane must be inlined, however large. */
+#if defined(__GNUC__)
+#define R_OUTLINE static __attribute__((noinline, unused))
+#define R_INLINE static inline __attribute__((always_inline))
+#else
+#define R_OUTLINE static
+#define R_INLINE static inline
+#endif
+
 #if NPH_PRECISION == 32
 typedef float Real;
 #define R(x) x##f

@@ -44,7 +44,7 @@ static inline RDraine r_draine(double g, double alpha) {
 }
 
 /* cos^2 from (rise - fall) / 2, which is right in the middle too. */
-static inline Real r_draine_value(const RDraine *draine, Real g, Real rest, RAngle angle) {
+R_INLINE Real r_draine_value(const RDraine *draine, Real g, Real rest, RAngle angle) {
     Real cosine = R(0.5) * (angle.rise - angle.fall);
     return r_hg_value(g, rest, angle) * (R(1.0) + draine->alpha * cosine * cosine) * draine->scale;
 }

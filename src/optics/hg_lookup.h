@@ -14,19 +14,19 @@ typedef struct RAngle {
 } RAngle;
 
 /* The angle of a cosine: good where the cosine itself is. */
-static inline RAngle r_angle(Real cosine) {
+R_INLINE RAngle r_angle(Real cosine) {
     RAngle angle = {cosine, R(1.0) - cosine, R(1.0) + cosine};
     return angle;
 }
 
 /* The angle at a distance 1 - |cos| from the front or the back pole. */
-static inline RAngle r_angle_near(int front, Real near) {
+R_INLINE RAngle r_angle_near(int front, Real near) {
     Real far = R(2.0) - near;
     RAngle angle = {front ? R(1.0) - near : near - R(1.0), front ? near : far, front ? far : near};
     return angle;
 }
 
-static inline Real r_hg_value(Real g, Real rest, RAngle angle) {
+R_INLINE Real r_hg_value(Real g, Real rest, RAngle angle) {
     Real near = g < R(0.0) ? angle.rise : angle.fall;
     Real d = rest * rest + R(2.0) * (R(1.0) - rest) * near;
     return rest * (R(2.0) - rest) * R(0.079577471545947668) / (d * r_sqrt(d));
@@ -34,7 +34,7 @@ static inline Real r_hg_value(Real g, Real rest, RAngle angle) {
 
 /* The angle below whose cosine lies the part u of the distribution, without a singularity at g = 0: for g >= 0
  *   1 - cos = 2 (rest / s)^2 (1 - u) (1 + g u),  1 + cos = 2 ((1 + g) / s)^2 u (rest + g u),  s = rest + 2 g u. */
-static inline RAngle r_hg_sample(Real g, Real rest, Real u) {
+R_INLINE RAngle r_hg_sample(Real g, Real rest, Real u) {
     int backward = g < R(0.0);
     Real v = backward ? R(1.0) - u : u, w = backward ? u : R(1.0) - u, size = R(1.0) - rest;
     Real inverse = R(1.0) / (rest + R(2.0) * size * v), a = rest * inverse, b = (R(2.0) - rest) * inverse;

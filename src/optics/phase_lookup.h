@@ -33,7 +33,7 @@ static inline RPhase r_phase(const NphPhase *phase) {
 
 /* cos^3 + 3 cos = 8 u - 4 by Cardano's formula; then for the distance n = 1 - |cos| to the nearer pole one Newton step
  * on n^3 - 3 n^2 + 6 n = 8 min(u, 1 - u), which gives n its relative accuracy back. */
-static inline RAngle r_rayleigh_sample(Real u) {
+R_INLINE RAngle r_rayleigh_sample(Real u) {
     int forward = u > R(0.5);
     Real tail = forward ? R(1.0) - u : u, q = R(2.0) - R(4.0) * tail;
     Real t = r_cbrt(q + r_sqrt(q * q + R(1.0))), near = R(1.0) - (t - R(1.0) / t);
@@ -48,7 +48,7 @@ static inline RAngle r_rayleigh_sample(Real u) {
 }
 
 /* Value [1/sr], which is also the density of r_phase_angle; of the angle only fall and rise are read. */
-static inline Real r_phase_at(const RPhase *phase, RAngle angle) {
+R_INLINE Real r_phase_at(const RPhase *phase, RAngle angle) {
     if (NPH_BUG(3)) angle = (RAngle){-angle.cosine, angle.rise, angle.fall};
     if (phase->kind == NPH_PHASE_HG) return r_hg_value(phase->g0, phase->rest0, angle);
     if (phase->kind == NPH_PHASE_TWO_LOBE)
@@ -62,7 +62,7 @@ static inline Real r_phase_at(const RPhase *phase, RAngle angle) {
 }
 
 /* Draws an angle: u in [0, 1) is the part of the distribution below it, lobe in [0, 1) chooses between two lobes. */
-static inline RAngle r_phase_angle(const RPhase *phase, Real u, Real lobe) {
+R_INLINE RAngle r_phase_angle(const RPhase *phase, Real u, Real lobe) {
     int second = phase->kind == NPH_PHASE_TWO_LOBE && !(lobe < phase->weight);
     if (phase->kind == NPH_PHASE_RAYLEIGH) return r_rayleigh_sample(u);
     if (phase->kind == NPH_PHASE_ISOTROPIC) return r_hg_sample(R(0.0), R(1.0), u);
@@ -73,7 +73,7 @@ static inline RAngle r_phase_angle(const RPhase *phase, Real u, Real lobe) {
 
 /* Out: the unit vector d turned by an angle, at the azimuth u_azimuth turns around it. The frame around d is that of
  * [Duff17], which has no pole; one Newton step towards length 1 keeps errors from adding up along a path. */
-static inline void r_turn_by(const Real d[3], RAngle angle, Real u_azimuth, Real out[3]) {
+R_INLINE void r_turn_by(const Real d[3], RAngle angle, Real u_azimuth, Real out[3]) {
     Real sine = r_sqrt(angle.fall * angle.rise), along, across;
     r_sincos2pi(u_azimuth, &across, &along);
     along *= sine;
@@ -90,7 +90,7 @@ static inline void r_turn_by(const Real d[3], RAngle angle, Real u_azimuth, Real
 
 /* The same with the angle as one number, fall = 1 - cos: right for isotropic and forward peaks. A backward peak as
  * narrow as g < -0.99 loses digits in 2 - fall in single precision; r_phase_at and r_turn_by do not. */
-static inline RAngle r_angle_of_fall(Real fall) {
+R_INLINE RAngle r_angle_of_fall(Real fall) {
     RAngle angle = {R(1.0) - fall, fall, R(2.0) - fall};
     return angle;
 }

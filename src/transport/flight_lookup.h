@@ -294,6 +294,26 @@ static inline Real r_segment_weight(const RMedium *medium, Real length) {
     return r_exp(-(R(1.0) - medium->collide) * medium->sigma[0] * length);
 }
 
+/* A flight through the one medium, a box or layer, that is split: light from behind counts with `through`, and collisions
+ * happen `oftener` times as often as they would, at most always, each with the weight `collides`; 0: none. They keep their
+ * digits however thin the medium is. */
+typedef struct RForced {
+    Real through, collides, t;
+} RForced;
+
+static inline Real r_forced_depth(const RMedium *medium, const RSpan *span) {
+    return span->inside ? medium->sigma[0] * (span->far - span->near) : R(0.0);
+}
+
+static inline RForced r_forced_flight(const RMedium *medium, const RSpan *span, Real oftener, NphWords words) {
+    Real depth = r_forced_depth(medium, span), part = -r_expm1(-depth), chance = part * oftener;
+    Real t = span->near - r_log1p(-(r_uniform(words.w0) * part)) / medium->sigma[0];
+    Real weight = chance < R(1.0) ? R(1.0) / oftener : part;
+    if (NPH_BUG(31)) weight = R(1.0);
+    RForced forced = {r_exp(-depth), r_uniform(words.w1) < chance ? weight : R(0.0), t < span->far ? t : span->far};
+    return forced;
+}
+
 /* The closed form in one span. 1: it ends there, at t. depth: what is left to go of the flight's optical depth. */
 static inline int r_fly_segment(const RMedium *medium, const RSpan *span, int hero, REvents *events, Real *depth, Real *t) {
     Real rate = medium->sigma[hero] * medium->collide, at = span->near + *depth / rate;

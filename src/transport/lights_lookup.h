@@ -7,7 +7,7 @@
 #include "transport/flight_lookup.h"
 
 /* The angle between unit vectors: 1 - cos = |a - b|^2 / 2 and 1 + cos = |a + b|^2 / 2, without cancellation. */
-static inline RAngle r_angle_between(const Real a[3], const Real b[3]) {
+R_INLINE RAngle r_angle_between(const Real a[3], const Real b[3]) {
     Real x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
     Real u = a[0] + b[0], v = a[1] + b[1], w = a[2] + b[2];
     RAngle angle = {a[0] * b[0] + a[1] * b[1] + a[2] * b[2], R(0.5) * (x * x + y * y + z * z),

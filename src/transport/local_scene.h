@@ -17,20 +17,10 @@
 #include "optics/phase_lookup.h"
 #include "scene/model.h"
 
-/* Functions whose loops must become vectors stay functions: inlined, gcc forgets that their parameters are restrict.
- * What they call for each lane must be inlined, however large. */
-#if defined(__GNUC__)
-#define R_OUTLINE static __attribute__((noinline, unused))
-#define R_INLINE static inline __attribute__((always_inline))
-#else
-#define R_OUTLINE static
-#define R_INLINE static inline
-#endif
-
 /* Stage numbers of the random streams. */
 enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5,
        NPH_RNG_EMISSION = 10, NPH_RNG_NEAR = 11, NPH_RNG_NEAR_SHADOW = 12, NPH_RNG_AROUND_TO = 13,
-       NPH_RNG_AROUND_FROM = 14 };
+       NPH_RNG_AROUND_FROM = 14, NPH_RNG_PILOT = 15 };
 
 /* A flight that passes so many periods of a medium without an end is given up, and counted. */
 enum { NPH_MAX_IMAGES = 1 << 20 };
@@ -118,6 +108,7 @@ typedef struct RScene {
     uint32_t seed, frame;
     /* What an integrator may set after r_prepare_scene; until then 0, and guide -1: the plain estimators. */
     int weighed;               /* flights carry weights: collide < 1 in the one medium */
+    Real forced;               /* how much oftener camera rays collide in the one medium, a box or layer; 0: as it comes */
     Real roulette, shadow_roulette;
     int guide;                 /* sun towards which directions are sampled too, or -1 */
     Real guide_part, least_light, weight_unit; /* weight_unit: 1 over the weight of a camera ray */

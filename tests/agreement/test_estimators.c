@@ -77,14 +77,14 @@ static const char *const grey_scenes[] = {
 static const char *const shapes[] = {"density: {file: ../data/cumulus/cumulus_300.zip.nvdb}", "box: [[-1, -1, -0.5], [1, 1, 0.7]]"};
 
 START_TEST(no_knob_changes_the_mean) {
-    enum { KNOBS = 7 };
+    enum { KNOBS = 8 };
     static const char *const settings[][KNOBS] = {
         {"path.roulette=0", "path.shadow_roulette=0", "path.weighed=0", "path.towards_sun=0", "path.least_light=0",
-         "path.emission_events=0.01", "path.near_light=0"},
+         "path.emission_events=0.01", "path.near_light=0", "path.forced=0"},
         {"path.roulette=1", "path.shadow_roulette=1", "path.weighed=1", "path.towards_sun=0.9", "path.least_light=10",
-         "path.emission_events=1000", "path.near_light=1000"},
+         "path.emission_events=1000", "path.near_light=1000", "path.forced=1"},
         {"path.roulette=0.1", "path.shadow_roulette=0.05", "path.weighed=0.5", "path.towards_sun=0.3", "path.least_light=0.5",
-         "path.emission_events=2", "path.near_light=1"},
+         "path.emission_events=2", "path.near_light=1", "path.forced=1"},
     };
     int known = 0; /* other methods have theirs */
     for (int k = 0; k < nph_knob_count(); k++) known += strncmp(nph_knob(k)->name, "path.", 5) == 0;
@@ -114,7 +114,28 @@ START_TEST(no_knob_changes_the_mean) {
 }
 END_TEST
 
+/* Light that a layer of depth tau sends up at mu when a beam of irradiance E comes at mu0, scattered once:
+ * albedo p E mu0 / (mu + mu0) (1 - exp(-tau (1 / mu + 1 / mu0))). Scatterings after the first add a part of the order of tau. */
+START_TEST(a_layer_of_a_millionth_keeps_its_digits) {
+    static const double depths[] = {1e-6, 1e-9};
+    double tau = depths[_i], mu = 0.6, mu0 = 0.8;
+    const char *yaml = render_text(
+        "nephos: 1\ncamera: {type: orthographic, position: [0.8, 0, 1.6], direction: [-0.8, 0, -0.6], up: [0, 1, 0], resolution: [16, 16], extent: 0.1}\n"
+        "media:\n  - {layer: [0, 1], extinction: %.17g, albedo: 0.9, phase: {type: isotropic}}\n"
+        "lights:\n  - {type: sun, direction: [0.6, 0, 0.8], irradiance: 3}\n", tau);
+    RenderCase render;
+    NphRenderOptions options = render_options(64, 32);
+    render_case(&render, yaml, &options, 0);
+    double once = 0.9 / (4.0 * 3.14159265358979323846) * 3.0 * mu0 / (mu + mu0) * tau * (1.0 / mu + 1.0 / mu0);
+    double mean = render_mean(&render, "R");
+    printf("    %.9g, closed form %.9g\n", mean, once);
+    ck_assert_double_le(fabs(mean - once), 2e-5 * once);
+    render_free(&render);
+}
+END_TEST
+
 static void fill(TCase *cases) {
+    tcase_add_loop_test(cases, a_layer_of_a_millionth_keeps_its_digits, 0, 2);
     tcase_add_loop_test(cases, each_channel_of_chromatic_media_has_the_mean_of_grey_media, 0, 2);
     tcase_add_loop_test(cases, no_knob_changes_the_mean, 0, 4);
 }

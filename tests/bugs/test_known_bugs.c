@@ -44,6 +44,7 @@ static const Trial first[] = {
     [15] = TRANSMITTANCE, [16] = KNOBS, [17] = DISC, [18] = POINT, [19] = HALVES, [20] = POINT, [21] = KNOBS,
     [22] = CHANNELS, [23] = KNOBS, [24] = KNOBS, [25] = CHANNELS, [26] = HALVES, [27] = {"lights", "what_is_above_is_drawn_above_and_what_is_right_to_the_right"}, [28] = SUN,
     [29] = TRANSMITTANCE, [30] = KNOBS,
+    [31] = {"estimators", "a_layer_of_a_millionth_keeps_its_digits"},
 };
 static const char *const programs[] = {"lights", "half_space", "extremes", "closed_forms", "estimators", "furnace", "slab"};
 enum { PROGRAMS = sizeof programs / sizeof programs[0] };

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * What the plan leaves out cannot change the picture: with --plan full every channel of every pixel has the same bits.
- * Weighed flights (knob path.weighed) are another estimator of the same picture: held equal within standard errors. */
+ * Weighed flights and split camera rays (knobs path.weighed, path.forced) are other estimators of the same picture: held equal
+ * within standard errors. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,8 +44,8 @@ START_TEST(a_full_plan_gives_the_same_bits) {
     for (int precision = 32; precision <= 64; precision += 32) {
         RenderCase lean, full;
         NphRenderOptions options = render_options(32, precision);
-        options.knob_count = 1;
-        options.knobs = (const char *const[]){"path.weighed=0"};
+        options.knob_count = 2;
+        options.knobs = (const char *const[]){"path.weighed=0", "path.forced=0"};
         render_case(&lean, scenes[_i], &options, 0);
         options.plan_full = 1;
         render_case(&full, scenes[_i], &options, 0);

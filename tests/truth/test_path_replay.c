@@ -35,6 +35,13 @@ static const char *const scenes[] = {
            "lights:\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n",
     CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 3, albedo: 0.1, phase: {type: rayleigh}}\n"
            "lights:\n  - {type: constant, radiance: 1}\n",
+    /* camera rays that are split: some collide always, some oftener than they would */
+    "nephos: 1\ncamera: {type: perspective, resolution: [24, 18], position: [-1, -0.7, 3], look_at: [0.5, 0.5, 0.5], fov: 8}\n"
+    "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 0.3, albedo: 0.9, phase: {type: hg, g: 0.8}}\n"
+    "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: constant, radiance: [0.1, 0.2, 0.3], hemisphere: upper}\n",
+    "nephos: 1\ncamera: {type: flux, position: [0, 0, 1.1], direction: [0, 0, -1], extent: 1, resolution: [24, 18], up: [0, 1, 0]}\n"
+    "media:\n  - {layer: [0, 1], extinction: 0.2, albedo: 0.2, phase: {type: rayleigh}}\n"
+    "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: 3}\n  - {type: constant, radiance: 0.5, hemisphere: upper}\n",
     /* a table with a peak, Draine's with and without one, alone and overlapping in colour */
     CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 20, albedo: 0.99, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}\n"
            "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n  - {type: constant, radiance: 0.1}\n",
@@ -160,6 +167,7 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
             if (choice->transport.sampled[l]) k->shadow(batch, l, 0);
         k->scatter(batch);
     }
+    if (choice->forced) k->fold(batch);
 }
 
 static int64_t differing(const NphPathKernels *k, const NphJob *job, const NphPathChoice *choice) {

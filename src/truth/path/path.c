@@ -24,6 +24,9 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
      "mean", "time against variance", 16.0, 0.01, 1000.0},
     {"path.near_light", "1", "mean free paths within which flights, not collisions, take the light of a point in a medium",
      "time against variance", 1.0, 0.0, 1000.0},
+    {"path.forced", "1", "1: camera rays are split into what passes and what collides where the one medium is a grey box or layer "
+     "with nothing bright behind", "variance against time",
+     1.0, 0.0, 1.0},
 };
 
 static const NphStage stages[NPH_PATH_STAGES] = {
@@ -157,6 +160,7 @@ static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_
             if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));
         NPH_LAUNCH(counts, NPH_PATH_SCATTER, k->count(batch), k->scatter(batch));
     }
+    if (choice->forced) k->fold(batch);
     NPH_LAUNCH(counts, NPH_PATH_ACCUMULATE, NPH_TILE_PIXELS,
                nph_film_add_chunk(state->film, tile, chunk, state->job.precision, k->samples(batch), worker->film_scratch));
 }

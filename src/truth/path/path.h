@@ -25,7 +25,7 @@ typedef enum NphPathStage {
 } NphPathStage;
 
 enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOB_TOWARDS_SUN, NPH_PATH_KNOB_LEAST_LIGHT,
-       NPH_PATH_KNOB_EMISSION_EVENTS, NPH_PATH_KNOB_NEAR_LIGHT,
+       NPH_PATH_KNOB_EMISSION_EVENTS, NPH_PATH_KNOB_NEAR_LIGHT, NPH_PATH_KNOB_FORCED,
        NPH_PATH_KNOBS };
 
 typedef struct NphPathBatch NphPathBatch;
@@ -34,6 +34,7 @@ typedef struct NphPathBatch NphPathBatch;
 typedef struct NphPathChoice {
     NphTransportChoice transport;
     double weighed;      /* part of the absorption that weighs flights instead of collisions */
+    int forced;          /* camera rays are made to collide */
     int guide;           /* sun towards which directions are sampled too, or -1 */
     double guide_part;   /* with at most this probability */
     int near;            /* some near_m is above 0 */
@@ -61,6 +62,7 @@ typedef struct NphPathKernels {
     void (*escape)(NphPathBatch *batch);
     void (*shadow)(NphPathBatch *batch, int light, int at_sensor);
     void (*scatter)(NphPathBatch *batch);
+    void (*fold)(NphPathBatch *batch); /* of forced collisions: what passed by and what collided become one sample */
     void (*replay)(const void *scene, const int pixel[2], int64_t sample, NphLineFn line, void *user,
                    double fields[NPH_SAMPLE_FIELDS]);
 } NphPathKernels;

@@ -96,18 +96,55 @@ R_INLINE void fly_lane(const RMedium *medium, const RTile *tile, const Real *ray
 R_OUTLINE void fly_homogeneous(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
                                const RTile *restrict from, Real *restrict distance, int32_t *restrict medium_of) {
     const RTile tile = *from;
-    for (int i = 0; i < tile.count; i++) fly_lane(medium, &tile, ray, id[i], i, distance, medium_of, 0); /* vec */
+    int count = r_whole_vectors(tile.count);
+    for (int i = 0; i < count; i++) fly_lane(medium, &tile, ray, id[i], i, distance, medium_of, 0); /* vec */
 }
 
 R_OUTLINE void fly_weighed(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
                            const RTile *restrict from, Real *restrict distance, int32_t *restrict medium_of) {
     const RTile tile = *from;
-    for (int i = 0; i < tile.count; i++) fly_lane(medium, &tile, ray, id[i], i, distance, medium_of, 1); /* vec */
+    int count = r_whole_vectors(tile.count);
+    for (int i = 0; i < count; i++) fly_lane(medium, &tile, ray, id[i], i, distance, medium_of, 1); /* vec */
+}
+
+/* A flight that is split: survived and expected take what passes and what collides. */
+R_INLINE void force_lane(const RMedium *medium, const RTile *tile, const Real *ray, int32_t id, int i, Real oftener,
+                         Real *distance, int32_t *medium_of) {
+    RSpan span = r_clip_ray(medium, ray, i, R_HUGE);
+    RForced forced = r_forced_flight(medium, &span, oftener, r_tile_words(tile, id, 0));
+    distance[NPH_PATH_BATCH + i] = forced.through;
+    distance[2 * NPH_PATH_BATCH + i] = forced.collides;
+    distance[i] = forced.collides > R(0.0) ? forced.t : distance[i];
+    medium_of[i] = forced.collides > R(0.0) ? tile->medium : medium_of[i];
+}
+
+R_OUTLINE void force_flights(const RMedium *restrict medium, const Real *restrict ray, const int32_t *restrict id,
+                             const RTile *restrict from, Real oftener, Real *restrict distance,
+                             int32_t *restrict medium_of) {
+    const RTile tile = *from;
+    int count = r_whole_vectors(tile.count);
+    for (int i = 0; i < count; i++) force_lane(medium, &tile, ray, id[i], i, oftener, distance, medium_of); /* vec */
+}
+
+/* Flights of camera rays that are split. */
+static void track_forced(NphPathBatch *batch) {
+    const RMedium *medium = &batch->scene->media[0];
+    RPaths *paths = &batch->paths[batch->now];
+    RStream stream = r_stream(batch->scene, NPH_RNG_TRACK, 0, 0, batch->vertex);
+    stream.draw = medium->number << NPH_DRAW_MEDIUM_SHIFT;
+    RTile tile = r_tile(batch, &stream, batch->count, 0);
+    force_flights(medium, paths->p[0], paths->id, &tile, batch->scene->forced, batch->distance, batch->medium);
+    batch->tally.tentative += batch->count;
+    for (int i = 0; i < batch->count; i++) {
+        batch->collides[paths->id[i]] = batch->expected[i];
+        paths->weight[0][i] *= medium->collide;
+    }
 }
 
 /* paths.weight takes the flights' weights (flight_lookup.h). */
 R_OUTLINE void weigh(const RMedium *restrict medium, const Real *restrict survived, const Real *restrict expected,
-                     Real *restrict weight, int count) {
+                     Real *restrict weight, int alive) {
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) weight[i] *= r_flight_weight(medium, survived[i], expected[i]); /* vec */
 }
 
@@ -191,6 +228,7 @@ void NPH_KERNEL(nph_path_track)(NphPathBatch *batch) {
     for (int i = 0; i < batch->count; i++) batch->medium[i] = -1;
     if (batch->scene->surfaces.count > 0) meet_surfaces(batch);
     if (batch->scene->channels > 1) track_wide(batch);
+    else if (batch->scene->forced > R(0.0) && batch->vertex == 0) track_forced(batch);
     else track_grey(batch);
     for (int i = 0; i < batch->count; i++) {
         batch->queue[queued] = i;

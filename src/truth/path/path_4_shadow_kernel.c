@@ -104,15 +104,15 @@ R_INLINE void light_lane(const RSunlight *sun, const Real *from, const int32_t *
                         const int32_t *restrict queue, const Real *restrict distance, Real *restrict rays) {      \
         RSunlight sun = *constant;                                                                                \
         sun.phase.kind = (phase_kind);                                                                            \
-        int count = sun.tile.count, sure = sun.least > R(0.0) ? 0 : count;                                        \
+        int count = r_whole_vectors(sun.tile.count), sure = sun.least > R(0.0) ? 0 : count;                                       \
         for (int k = 0; k < sure; k++) light_lane(&sun, from, id, queue[k], distance[queue[k]], rays, k, 0);      \
         for (int k = sure; k < count; k++) light_lane(&sun, from, id, queue[k], distance[queue[k]], rays, k, 1);  \
     }
-SUNLIGHT(sunlight_isotropic, NPH_PHASE_ISOTROPIC)
-SUNLIGHT(sunlight_hg, NPH_PHASE_HG)
-SUNLIGHT(sunlight_two_lobe, NPH_PHASE_TWO_LOBE)
-SUNLIGHT(sunlight_rayleigh, NPH_PHASE_RAYLEIGH)
-SUNLIGHT(sunlight_draine, NPH_PHASE_DRAINE)
+SUNLIGHT(sunlight_isotropic, NPH_PHASE_ISOTROPIC) /* vec */
+SUNLIGHT(sunlight_hg, NPH_PHASE_HG) /* vec */
+SUNLIGHT(sunlight_two_lobe, NPH_PHASE_TWO_LOBE) /* vec */
+SUNLIGHT(sunlight_rayleigh, NPH_PHASE_RAYLEIGH) /* vec */
+SUNLIGHT(sunlight_draine, NPH_PHASE_DRAINE) /* vec */
 SUNLIGHT(sunlight_tabulated, NPH_PHASE_TABULATED)
 
 static void sample_sun(NphPathBatch *batch, int number, uint32_t vertex) {
@@ -133,7 +133,8 @@ static void sample_sun(NphPathBatch *batch, int number, uint32_t vertex) {
 }
 
 R_OUTLINE void pass_homogeneous(const RMedium *restrict medium, const Real *restrict rays, const Real *restrict reach,
-                                Real *restrict passed, int count) {
+                                Real *restrict passed, int rays_in_flight) {
+    int count = r_whole_vectors(rays_in_flight);
     for (int k = 0; k < count; k++) { /* vec */
         RSpan span = r_clip_ray(medium, rays, k, reach[k]);
         Real T = r_exp(-medium->sigma[0] * (span.far - span.near));

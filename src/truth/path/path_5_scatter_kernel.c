@@ -45,16 +45,17 @@ R_INLINE void turn_lane(const RScatter *scatter, const Real *from, const int32_t
                         const int32_t *restrict queue, const Real *restrict distance, Real *restrict to) {          \
         RScatter scatter = *constant;                                                                               \
         scatter.phase.kind = (phase_kind);                                                                          \
-        for (int k = 0; k < scatter.tile.count; k++) turn_lane(&scatter, from, id, queue[k], distance[queue[k]], to, k, guided); \
+        int count = r_whole_vectors(scatter.tile.count);                                                            \
+        for (int k = 0; k < count; k++) turn_lane(&scatter, from, id, queue[k], distance[queue[k]], to, k, guided); \
     }
-TURN(turn_isotropic, NPH_PHASE_ISOTROPIC, 0)
-TURN(turn_hg, NPH_PHASE_HG, 0)
-TURN(turn_two_lobe, NPH_PHASE_TWO_LOBE, 0)
-TURN(turn_rayleigh, NPH_PHASE_RAYLEIGH, 0)
+TURN(turn_isotropic, NPH_PHASE_ISOTROPIC, 0) /* vec */
+TURN(turn_hg, NPH_PHASE_HG, 0) /* vec */
+TURN(turn_two_lobe, NPH_PHASE_TWO_LOBE, 0) /* vec */
+TURN(turn_rayleigh, NPH_PHASE_RAYLEIGH, 0) /* vec */
 TURN(turn_draine, NPH_PHASE_DRAINE, 0)
 TURN(turn_tabulated, NPH_PHASE_TABULATED, 0)
-TURN(guide_hg, NPH_PHASE_HG, 1)
-TURN(guide_two_lobe, NPH_PHASE_TWO_LOBE, 1)
+TURN(guide_hg, NPH_PHASE_HG, 1) /* vec */
+TURN(guide_two_lobe, NPH_PHASE_TWO_LOBE, 1) /* vec */
 TURN(guide_draine, NPH_PHASE_DRAINE, 1)
 TURN(guide_tabulated, NPH_PHASE_TABULATED, 1)
 
@@ -166,8 +167,9 @@ static void note_first(NphPathBatch *batch) {
         int i = batch->queue[k], in = batch->medium[i];
         int32_t id = from->id[i];
         Real weight = R(1.0), travelled = batch->start[id] + (in >= 0 ? batch->distance[i] : batch->surface_t[i]);
-        if (scene->weighed) weight = from->weight[0][i] / camera / (in >= 0 ? scene->media[0].collide : R(1.0));
-        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = scene->weighed ? weight * travelled : travelled;
+        if (scene->forced > R(0.0)) weight = batch->collides[id];
+        else if (scene->weighed) weight = from->weight[0][i] / camera / (in >= 0 ? scene->media[0].collide : R(1.0));
+        batch->samples[NPH_SAMPLE_DISTANCE * NPH_PATH_BATCH + id] = weight * travelled;
         batch->samples[NPH_SAMPLE_COLLIDED * NPH_PATH_BATCH + id] = weight;
     }
 }

@@ -21,6 +21,7 @@ NPH_KERNEL_DECLARE(void, nph_path_near, (NphPathBatch *, int));
 NPH_KERNEL_DECLARE(void, nph_path_around, (NphPathBatch *, int));
 NPH_KERNEL_DECLARE(void, nph_path_reweigh, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_escape, (NphPathBatch *));
+NPH_KERNEL_DECLARE(void, nph_path_fold, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_shadow, (NphPathBatch *, int, int));
 NPH_KERNEL_DECLARE(void, nph_path_scatter, (NphPathBatch *));
 
@@ -42,6 +43,7 @@ void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels) {
     NPH_KERNEL_PICK(kernels->around_light, nph_path_around, isa, precision);
     NPH_KERNEL_PICK(kernels->reweigh, nph_path_reweigh, isa, precision);
     NPH_KERNEL_PICK(kernels->escape, nph_path_escape, isa, precision);
+    NPH_KERNEL_PICK(kernels->fold, nph_path_fold, isa, precision);
     NPH_KERNEL_PICK(kernels->shadow, nph_path_shadow, isa, precision);
     NPH_KERNEL_PICK(kernels->scatter, nph_path_scatter, isa, precision);
 }

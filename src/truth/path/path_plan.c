@@ -94,6 +94,19 @@ static void choose_near(const NphJob *job, NphPathChoice *choice) {
     }
 }
 
+/* Where light passes the one medium in a closed form, camera rays need not find out by chance whether they do. */
+static void choose_forced(const NphJob *job, int used, NphPathChoice *choice) {
+    const NphScene *scene = job->scene;
+    int repeats = scene->period.on[0] || scene->period.on[1];
+    if (used != 1 || choice->transport.channels > 1 || choice->transport.emission || choice->near || job->plan_full) return;
+    if (scene->surface_count > 0) return;
+    for (int m = 0; m < scene->medium_count; m++) {
+        int shape = scene->media[m].shape;
+        if (choice->transport.used[m] && shape != NPH_SHAPE_GRID && !(repeats && shape != NPH_SHAPE_LAYER))
+            choice->forced = job->knobs[NPH_PATH_KNOB_FORCED] > 0.0;
+    }
+}
+
 void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
     const NphScene *scene = job->scene;
     int used = 0, sampled = 0;
@@ -107,6 +120,7 @@ void nph_path_choose(const NphJob *job, NphPathChoice *choice) {
         choice->weighed = job->knobs[NPH_PATH_KNOB_WEIGHED];
     choose_guide(job, choice);
     choose_near(job, choice);
+    choose_forced(job, used, choice);
 }
 
 static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, NphPlan *plan) {
@@ -114,6 +128,8 @@ static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, 
     if (choice->weighed > 0.0)
         NPH_TRY(nph_plan_add(context, plan, "left out", "collisions", 0,
                              "those that absorb: flights are weighed instead, no light is sampled at vertices"));
+    if (choice->forced)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "chance", 0, "whether light from behind passes the medium: the part that does is known"));
     if (!choice->transport.emission)
         NPH_TRY(nph_plan_add(context, plan, "left out", "path.emission", 0, "no medium emits"));
     if (!choice->near)

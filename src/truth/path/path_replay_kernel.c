@@ -22,6 +22,7 @@ typedef struct Replay {
     void *user;
     Real p[3], d[3], weight[3], share[3], pdf, camera_weight;
     int hero;
+    Real collides, passed_by[3]; /* where camera rays are split; else 1 and 0 */
     Real field[NPH_SAMPLE_FIELDS];
     NphTally tally;
 } Replay;
@@ -68,6 +69,39 @@ static int fly(Replay *r, Real limit, Real *distance) {
     if (r->scene->weighed) r->weight[1] = r->weight[2] = r->weight[0];
     *distance = nearest;
     return hit;
+}
+
+static void leave(Replay *r) {
+    Real radiance[3] = {R(0.0), R(0.0), R(0.0)};
+    r_lights_at_infinity(r->scene, r->d, r->pdf, radiance);
+    add(r, r->weight, radiance);
+    tell(r, "  leaves along %.6g %.6g %.6g: radiance (weighted) %.9g %.9g %.9g", (double)r->d[0], (double)r->d[1],
+         (double)r->d[2], (double)radiance[0], (double)radiance[1], (double)radiance[2]);
+    if (r->vertex > 0) return;
+    Real T[3] = {r->weight[0], r->weight[1], r->weight[2]};
+    r_film_transmittance(r->scene, T);
+    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = T[c] * r->scene->weight_unit;
+}
+
+/* The first flight, split: what passes escapes, and is laid aside. */
+static int fly_forced(Replay *r, Real *distance) {
+    const RMedium *medium = &r->scene->media[0];
+    RStream stream = stream_of(r, NPH_RNG_TRACK);
+    stream.draw = medium->number << NPH_DRAW_MEDIUM_SHIFT;
+    RSpan span = r_clip(medium, r->p, r->d, R_HUGE);
+    RForced forced = r_forced_flight(medium, &span, r->scene->forced, r_words(&stream, 0));
+    tell(r, "  passes with %.9g, collides with %.9g", (double)forced.through, (double)forced.collides);
+    r->tally.tentative++;
+    r->collides = forced.collides;
+    for (int c = 0; c < 3; c++) r->weight[c] = forced.through * r->camera_weight;
+    leave(r);
+    for (int c = 0; c < 3; c++) {
+        r->weight[c] = r->camera_weight * medium->collide;
+        r->passed_by[c] = r->field[NPH_SAMPLE_L0 + c];
+        r->field[NPH_SAMPLE_L0 + c] = R(0.0);
+    }
+    *distance = forced.t;
+    return forced.collides > R(0.0);
 }
 
 static void set_out(const Replay *r, Real distance, RFlown *flight) {
@@ -129,18 +163,6 @@ static void reweigh(Replay *r, int hit, Real distance) {
     }
     tell(r, "    channels: hero %d, weight %.9g %.9g %.9g, shares %.6g %.6g %.6g", r->hero, (double)r->weight[0],
          (double)r->weight[1], (double)r->weight[2], (double)r->share[0], (double)r->share[1], (double)r->share[2]);
-}
-
-static void leave(Replay *r) {
-    Real radiance[3] = {R(0.0), R(0.0), R(0.0)};
-    r_lights_at_infinity(r->scene, r->d, r->pdf, radiance);
-    add(r, r->weight, radiance);
-    tell(r, "  leaves along %.6g %.6g %.6g: radiance (weighted) %.9g %.9g %.9g", (double)r->d[0], (double)r->d[1],
-         (double)r->d[2], (double)radiance[0], (double)radiance[1], (double)radiance[2]);
-    if (r->vertex > 0) return;
-    Real T[3] = {r->weight[0], r->weight[1], r->weight[2]};
-    r_film_transmittance(r->scene, T);
-    for (int c = 0; c < 3; c++) r->field[NPH_SAMPLE_T0 + c] = T[c] * r->scene->weight_unit;
 }
 
 /* The largest channel's. */
@@ -235,9 +257,10 @@ static int scatter(Replay *r, const RVertex *vertex) {
 
 /* What a camera ray tells of its first vertex; collide: what the medium leaves of its weight, 1 on surfaces. */
 static void note_first(Replay *r, Real travelled, Real collide) {
-    Real weight = r->weight[0] / r->camera_weight / collide;
-    r->field[NPH_SAMPLE_DISTANCE] = r->scene->weighed ? weight * travelled : travelled;
-    r->field[NPH_SAMPLE_COLLIDED] = r->scene->weighed ? weight : R(1.0);
+    Real weight = r->scene->weighed ? r->weight[0] / r->camera_weight / collide : R(1.0);
+    if (r->scene->forced > R(0.0)) weight = r->collides;
+    r->field[NPH_SAMPLE_DISTANCE] = weight * travelled;
+    r->field[NPH_SAMPLE_COLLIDED] = weight;
 }
 
 /* One flight, to a collision or, when media let it through, to the nearest surface; 0 when the path leaves. */
@@ -245,8 +268,10 @@ static int advance(Replay *r, Real start, RVertex *vertex) {
     const RScene *scene = r->scene;
     RMet met = {.surface = -1};
     int touches = scene->surfaces.count > 0 && r_closest_surface(scene, r->p, r->d, R_HUGE, &met);
+    int forced = scene->forced > R(0.0) && r->vertex == 0, hit;
     Real distance;
-    int hit = fly(r, touches ? met.limit : R_HUGE, &distance);
+    if (forced && !fly_forced(r, &distance)) return 0;
+    hit = forced ? 0 : fly(r, touches ? met.limit : R_HUGE, &distance);
     RFlown flight;
     set_out(r, distance, &flight);
     if (scene->emitter_count > 0) emit(r, &flight);
@@ -285,7 +310,7 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
                                  double fields[NPH_SAMPLE_FIELDS]) {
     const RScene *scene = memory;
     uint32_t number = (uint32_t)pixel[1] * (uint32_t)scene->width + (uint32_t)pixel[0];
-    Replay r = {.scene = scene, .pixel = number, .sample = (uint32_t)sample, .line = line, .user = user};
+    Replay r = {.scene = scene, .pixel = number, .sample = (uint32_t)sample, .line = line, .user = user, .collides = R(1.0)};
     RStream stream = stream_of(&r, NPH_RNG_GENERATE);
     RCameraRay ray;
     r_camera_ray(scene, pixel[0], pixel[1], &stream, &ray);
@@ -313,6 +338,8 @@ void NPH_KERNEL(nph_path_replay)(const void *memory, const int pixel[2], int64_t
         tell(&r, "  meets nothing");
     } else if (ray.weight > R(0.0)) follow(&r, ray.start);
     else tell(&r, "  outside of the fisheye's circle");
+    for (int c = 0; c < 3; c++) r.field[NPH_SAMPLE_L0 + c] = r.passed_by[c] + r.collides * r.field[NPH_SAMPLE_L0 + c];
+    r.field[NPH_SAMPLE_ORDER] *= r.collides;
     int grey = r.scene->film_channels == 1; /* the film then has one channel */
     tell(&r, "result: %.9g %.9g %.9g after %u scatterings, %lld tentative collisions", (double)r.field[0],
          (double)r.field[grey ? 0 : 1], (double)r.field[grey ? 0 : 2], r.vertex, (long long)r.tally.tentative);

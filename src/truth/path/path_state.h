@@ -46,6 +46,9 @@ struct NphPathBatch {
     void *flights;             /* RFlights (path_lanes.h) */
     Real *samples;             /* [NPH_SAMPLE_FIELDS][4096] */
     Real *start;               /* [4096], by id: distance from the camera to where the path began */
+    /* of forced collisions, [4096] by id: the chance to collide; light of the part that did not, once it is laid aside */
+    Real *collides, *passed_by[3];
+    int laid_aside;
     NphTally tally;
 };
 
@@ -65,6 +68,10 @@ typedef struct RTile {
     int32_t count, medium;
     RStream stream; /* but pixel and sample */
 } RTile;
+
+/* Loops over lanes run to a whole number of the widest vectors: the arrays are long enough, and lanes behind the last path
+ * hold what was there. */
+static inline int r_whole_vectors(int count) { return (count + 15) & ~15; }
 
 static inline RTile r_tile(const NphPathBatch *batch, const RStream *stream, int count, int medium) {
     RTile tile = {batch->tile_x, batch->tile_y, batch->scene->width, batch->first_sample, count, medium, *stream};
