@@ -9,12 +9,17 @@
 #include "cli/render_options.h"
 #include "cli/stats.h"
 #include "core/message.h"
+#include "core/text.h"
+#include "nephos/stage.h"
 
 typedef struct RenderCommand {
     Session session;
     RunOptions run;
     Output output;
     const char *stats;
+    const char *dump;
+    uint64_t dump_limit;
+    TextList dump_select;
     int64_t only[4]; /* frame, x, y, sample */
     int only_given, json;
 } RenderCommand;
@@ -28,6 +33,12 @@ static void add_options(OptionTable *table, RenderCommand *render) {
                                .meaning = "follow that one path and print its events; no picture"});
     option_add(table, (Option){.name = "stats", .kind = OPTION_TEXT, .target = &render->stats, .value_name = "FILE.json",
                                .meaning = "seconds, events and noise, stage by stage"});
+    option_add(table, (Option){.name = "dump", .kind = OPTION_TEXT, .target = &render->dump, .value_name = "DIR",
+                               .meaning = "write the outputs of every launch of every stage, and manifest.json (docs/oracle.md)"});
+    option_add(table, (Option){.name = "dump-select", .kind = OPTION_LIST, .target = &render->dump_select, .value_name = "KEY=VALUE",
+                               .meaning = "only stage=NAME, launch=N of each batch, batch=N, pixel=X,Y; may be given several times"});
+    option_add(table, (Option){.name = "dump-limit", .kind = OPTION_BYTES, .target = &render->dump_limit, .value_name = "BYTES",
+                               .meaning = "refuse a larger dump (default 4G)"});
     option_add(table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &render->json,
                                .meaning = "the summary as JSON on standard output"});
     session_add_options(table, &render->session);
@@ -93,14 +104,44 @@ static NphStatus finish(RenderCommand *render, const char *scene, NphStatus stat
     return status;
 }
 
-static NphStatus render_scene(RenderCommand *render, const char *path, const NphRenderOptions *options) {
+/* One KEY=VALUE of --dump-select. */
+static int select_dump(const char *text, NphDumpOptions *dump) {
+    const char *value = strchr(text, '='), *comma = value ? strchr(value, ',') : NULL;
+    int64_t x, y, *number = strncmp(text, "launch=", 7) == 0 ? &dump->launch : strncmp(text, "batch=", 6) == 0 ? &dump->batch : NULL;
+    if (number) return nph_parse_int(value + 1, number) && *number >= 0;
+    if (strncmp(text, "stage=", 6) == 0) dump->stage = value + 1;
+    else if (strncmp(text, "pixel=", 6) != 0 || !comma || !nph_parse_int_range(value + 1, comma, &x) || !nph_parse_int(comma + 1, &y) ||
+             x < 0 || y < 0 || x > INT32_MAX || y > INT32_MAX)
+        return 0;
+    else {
+        dump->pixel_given = 1;
+        dump->pixel[0] = (int)x;
+        dump->pixel[1] = (int)y;
+    }
+    return 1;
+}
+
+static NphStatus dump_options(const RenderCommand *render, NphDumpOptions *dump) {
+    nph_dump_options_default(dump);
+    dump->folder = render->dump;
+    if (render->dump_limit) dump->limit_bytes = render->dump_limit;
+    for (int i = 0; i < render->dump_select.count; i++)
+        if (!select_dump(render->dump_select.items[i], dump))
+            return usage_error("render", "--dump-select %s: expected stage=NAME, launch=N, batch=N or pixel=X,Y", render->dump_select.items[i]);
+    if (!render->dump && (render->dump_select.count || render->dump_limit))
+        return usage_error("render", "--dump-select and --dump-limit: without --dump nothing is written");
+    return NPH_OK;
+}
+
+static NphStatus render_scene(RenderCommand *render, const char *path, const NphRenderOptions *options, const NphDumpOptions *dump) {
     NphContext *context = render->session.context;
     NphScene *scene = NULL;
     NphFilm *film = NULL;
     NphRenderStatistics run;
     memset(&run, 0, sizeof run);
     NPH_TRY(nph_scene_load(context, path, &scene));
-    NphStatus status = nph_render(context, scene, options, &film, &run);
+    NphStatus status = dump->folder ? nph_dump(context, scene, path, options, dump, &film, &run)
+                                    : nph_render(context, scene, options, &film, &run);
     nph_scene_free(context, scene);
     if (film && (status == NPH_OK || status == NPH_INTERRUPTED)) status = finish(render, path, status, film, &run);
     else if (status == NPH_INTERRUPTED) nph_error(context, status, "interrupted before the first samples: no picture");
@@ -110,11 +151,13 @@ static NphStatus render_scene(RenderCommand *render, const char *path, const Nph
 
 static NphStatus prepare(RenderCommand *render, const char *path) {
     NphRenderOptions options;
+    NphDumpOptions dump;
     NPH_TRY(run_options_resolve("render", &render->run, &options));
+    NPH_TRY(dump_options(render, &dump));
     if (render->only_given) return replay(render, path, &options);
     NPH_TRY(output_check("render", &render->session, &render->output));
     if (render->stats) NPH_TRY(check_writable(&render->session, render->stats));
-    return render_scene(render, path, &options);
+    return render_scene(render, path, &options, &dump);
 }
 
 static NphStatus run(const Command *command, int argc, char **argv) {

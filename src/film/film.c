@@ -205,10 +205,20 @@ static int all_means_finite(const double *node, int channels) {
     return poison == 0;
 }
 
+int nph_film_planes(const NphFilm *film) { return nph_film_values(film->channels); }
+
+void nph_film_chunk(const NphFilm *film, int precision, const void *samples, double *scratch) {
+    (precision == 32 ? film->chunk_f32 : film->chunk_f64)(samples, film->channels, scratch);
+}
+
 void nph_film_add_chunk(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, void *scratch) {
+    nph_film_chunk(film, precision, samples, scratch);
+    nph_film_add_node(film, tile, chunk, precision, samples, scratch);
+}
+
+void nph_film_add_node(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, double *scratch) {
     double *carry = scratch;
     assert(chunk == film->chunk_begin + film->chunks[tile] && chunk < film->chunk_end);
-    (precision == 32 ? film->chunk_f32 : film->chunk_f64)(samples, film->channels, carry);
     if (film->sharing) nph_shared_add_tile(film, tile, precision, samples);
     if (!all_means_finite(carry, film->channels)) count_bad_samples(film, tile, chunk, precision, samples);
     NphNode nodes[NPH_MAX_NODES], node = {0, chunk};

@@ -51,6 +51,12 @@ uint64_t nph_film_forecast_bytes(int width, int height, const int crop[4], int c
  * first in order of y, x, sample. Allocates nothing. scratch: nph_film_scratch_bytes, aligned to 64. */
 void nph_film_add_chunk(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, void *scratch);
 
+/* The same in two steps: the moments of a chunk, planes over the tile's pixels (4 per channel: mean, M2, M3, M4; a transmittance
+ * per channel; order, distance, collided), into scratch, and from there into the film. */
+void nph_film_chunk(const NphFilm *film, int precision, const void *samples, double *scratch);
+void nph_film_add_node(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, double *scratch);
+int nph_film_planes(const NphFilm *film);
+
 /* Pixels share samples: sample s of all pixels is one image, independent of the other samples (light tracing, photon
  * maps). Called once on a new film; the film then keeps the variance of the means of 8 x 8 tiles, 64 x 64 tiles and the
  * image too. A chunk is added to every tile, then nph_film_end_chunk is called from one thread; after it, and before the

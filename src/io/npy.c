@@ -3,8 +3,13 @@
  * NumPy's .npy: a magic word, a version, and a Python dictionary with the keys descr, fortran_order and shape; then the
  * elements. Reads versions 1 to 3, either byte order and either memory order; writes version 1.0, C order, the header
  * padded to a multiple of 64 bytes as NumPy does, so that equal arrays are equal files. */
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/uio.h>
+#include <unistd.h>
 
 #include "core/memory.h"
 #include "core/message.h"
@@ -273,4 +278,29 @@ NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *a
     fwrite(header, 1, header_bytes, writer.stream); /* the stream keeps its errors; the commit reports them */
     if (bytes) fwrite(array->data, 1, bytes, writer.stream);
     return nph_writer_commit(context, &writer);
+}
+
+NphStatus nph_npy_write_unsynced(NphContext *context, const char *path, const NphArray *array) {
+    char header[HEADER_MAX];
+    size_t header_bytes = make_header(array, header), bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);
+    struct iovec parts[2] = {{header, header_bytes}, {array->data, bytes}};
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(errno));
+    size_t left = header_bytes + bytes;
+    while (left > 0) {
+        ssize_t written = writev(file, parts, 2);
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) break;
+        left -= (size_t)written;
+        for (int p = 0; p < 2; p++) {
+            size_t taken = (size_t)written < parts[p].iov_len ? (size_t)written : parts[p].iov_len;
+            parts[p].iov_base = (char *)parts[p].iov_base + taken;
+            parts[p].iov_len -= taken;
+            written -= (ssize_t)taken;
+        }
+    }
+    int error = left > 0 ? errno : 0;
+    if (close(file) != 0 && !error) error = errno;
+    if (error) unlink(path);
+    return error ? nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(error)) : NPH_OK;
 }

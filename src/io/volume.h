@@ -74,6 +74,8 @@ NphStatus nph_vdb_list(NphContext *context, const char *path, NphGridInfo **grid
 /* .npy (format 1.0 to 3.0, little or big endian, C or Fortran order, which is made C order). */
 NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);
 NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *array);
+/* The same for one of many files that count only once another one, written last, names them: straight to its name. */
+NphStatus nph_npy_write_unsynced(NphContext *context, const char *path, const NphArray *array);
 
 /* LES text (water content and effective radius on lattice points), both layouts of the field: comma separated with a
  * column line, and SHDOM's blank separated one. Knows no physics. */

@@ -126,11 +126,17 @@ static NphStatus render_job(const NphMethod *method, const NphJob *job, const Np
 
 NphStatus nph_render(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphFilm **film,
                      NphRenderStatistics *statistics) {
+    return nph_render_tapped(context, scene, options, NULL, film, statistics);
+}
+
+NphStatus nph_render_tapped(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const NphTap *tap,
+                            NphFilm **film, NphRenderStatistics *statistics) {
     const NphMethod *method = NULL;
     NphJob job;
     NphRenderStatistics counted;
     memset(&counted, 0, sizeof counted);
     NPH_TRY(nph_job_make(context, scene, options, &method, &job));
+    job.tap = tap;
     NPH_TRY(check_memory(method, &job));
     NphFilm *made = NULL;
     NPH_TRY(nph_film_new(context, scene->sensor.width, scene->sensor.height, job.crop, method->channels(&job),

@@ -10,6 +10,7 @@
 #include "scene/model.h"
 
 enum { NPH_MAX_KNOBS = 32 };
+enum { NPH_MAX_SAMPLES = 1 << 30 }; /* of one pixel; sample numbers are 32-bit counters */
 
 /* A checked request. */
 typedef struct NphJob {
@@ -21,6 +22,7 @@ typedef struct NphJob {
     uint32_t seed, frame;        /* frame is 0 with lock_noise */
     int64_t sample_begin, sample_end;
     double knobs[NPH_MAX_KNOBS]; /* in the order of the method's table */
+    const NphTap *tap;           /* NULL: nobody looks */
 } NphJob;
 
 typedef struct NphMethod {
@@ -44,6 +46,17 @@ typedef struct NphMethod {
     void (*statistics)(const void *state, NphRenderStatistics *statistics);
     void (*close)(void *state);
     NphStatus (*replay)(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user);
+    /* Stages alone, in a worker's memory. NULL, and no arguments: the method cannot be looked into. To run one: begin_launch,
+     * then for every buffer that it reads, in the order of the table, extend and view, and the input is copied; then launch,
+     * and view what it writes. */
+    const char *const *arguments; /* what tells the launches of a stage apart: "tile", "light" */
+    int argument_count;
+    NphStatus (*begin_launch)(void *state, int worker, NphFilm *film, const NphLaunch *launch);
+    /* Makes an input as large as shape says; NPH_BAD_INPUT where it cannot be. */
+    NphStatus (*extend)(void *state, int worker, int buffer, const int64_t *shape);
+    /* Where the buffer lies and how large it is now; 0 where this scene has none. */
+    int (*view)(void *state, int worker, int buffer, NphView *view);
+    void (*launch)(void *state, int worker, const NphLaunch *launch);
 } NphMethod;
 
 #endif

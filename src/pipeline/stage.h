@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Stages and buffers as data. A method is a table of stages in the paper's order and a table of the buffers between
- * them; plans, timing, documentation (later dumps and comparison) read these tables. */
+ * them; plans, timing, documentation, dumps and their verification read these tables. A stage is a function of the scene,
+ * the arguments of its launch and the buffers that it reads. */
 #ifndef NPH_PIPELINE_STAGE_H
 #define NPH_PIPELINE_STAGE_H
 
@@ -27,6 +28,9 @@ typedef struct NphBuffer {
     const char *meaning;
     NphClass comparison;
     const char *needed;  /* the condition in words; NULL: always there */
+    const char *identity; /* buffer that names the items along the last axis, whose order is then nobody's business; its
+                             values are such positions when `shape` is a queue's. NULL: by position */
+    int queue;           /* the values are positions of items */
 } NphBuffer;
 
 typedef struct NphStage {
@@ -37,6 +41,34 @@ typedef struct NphStage {
     int block[3];        /* items per block */
     size_t scratch_bytes; /* block-shared memory */
 } NphStage;
+
+/* A buffer as it stands in memory: shape[0] rows that lie `stride` elements apart, each without gaps. */
+typedef struct NphView {
+    NphType type;
+    int rank;
+    int64_t shape[NPH_MAX_RANK];
+    void *data;
+    int64_t stride;
+} NphView;
+
+enum { NPH_MAX_ARGUMENTS = 8 };
+
+/* One launch of a stage: `batch` and `number` in it name it, whatever the thread. */
+typedef struct NphLaunch {
+    int stage;
+    int64_t batch, number, items;
+    int64_t arguments[NPH_MAX_ARGUMENTS]; /* in the order of the method's table */
+} NphLaunch;
+
+/* Looks at the buffers around launches (NphMethod.view), in the worker's thread. A status that is not NPH_OK ends the run. */
+typedef struct NphTap {
+    void *user;
+    NphStatus (*before)(void *user, void *state, int worker, const NphLaunch *launch);
+    NphStatus (*after)(void *user, void *state, int worker, const NphLaunch *launch);
+} NphTap;
+
+/* Whether a stage's blank-separated list of buffers has that name. */
+int nph_stage_lists(const char *buffers, const char *name);
 
 /* What a stage left behind: seconds and items summed over workers. */
 typedef struct NphStageCount {

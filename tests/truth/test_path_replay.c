@@ -167,7 +167,8 @@ static void run_batch(const NphPathKernels *k, const NphJob *job, const NphPathC
             if (choice->transport.sampled[l]) k->shadow(batch, l, 0);
         k->scatter(batch);
     }
-    if (choice->forced) k->fold(batch);
+    NphView split;
+    if (k->view(batch, NPH_PATH_COLLIDED, &split)) k->fold(batch);
 }
 
 static int64_t differing(const NphPathKernels *k, const NphJob *job, const NphPathChoice *choice) {

@@ -33,10 +33,10 @@ static const NphStage stages[NPH_LIGHT_STAGES] = {
 
 static const NphBuffer buffers[] = {
     {"light.image", NPH_F64, "[sample][channel, order][pixel]", "W/m2/sr", "what the photons of each sample bring", NPH_STAT,
-     NULL},
-    {"light.sample", NPH_TYPE_REAL, "[field][pixel][sample]", "W/m2/sr, 1", "what each sample carries", NPH_STAT, NULL},
+     NULL, NULL, 0},
+    {"light.sample", NPH_TYPE_REAL, "[field][pixel][sample]", "W/m2/sr, 1", "what each sample carries", NPH_STAT, NULL, NULL, 0},
     {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments, of pixels and regions",
-     NPH_STAT, NULL},
+     NPH_STAT, NULL, NULL, 0},
 };
 
 typedef struct LightWorker {

@@ -29,37 +29,72 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
      1.0, 0.0, 1.0},
 };
 
+#define PATHS {NPH_PATH_BATCH, 1, 1}
+#define RAYS "path.id path.hero path.ray path.weight path.pdf"
+#define VERTICES "path.distance path.medium path.surface path.touch path.colliding path.touching"
+
 static const NphStage stages[NPH_PATH_STAGES] = {
-    {"path.generate", "pinhole, parallel and flux sensors; box filter", "", "path.ray path.state", {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.track", "delta tracking [Woodcock65]; spectral MIS [Wilkie14]; surfaces [Woop13]", "path.ray path.state",
-     "path.distance path.medium path.surface path.touch path.state path.queue", {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.emission", "events of a Poisson process [Kingman93]", "path.ray path.state path.distance", "path.sample",
-     {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.near", "equiangular sampling [Kulla12]; balance heuristic [Veach95]",
-     "path.ray path.state path.distance path.medium path.surface path.touch path.queue", "path.sample",
-     {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.escape", "balance heuristic [Veach95]", "path.ray path.state path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]",
-     "path.ray path.state path.distance path.medium path.surface path.touch path.queue", "path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
-    {"path.scatter", "phase function sampling; roulette [Arvo90]",
-     "path.ray path.state path.distance path.medium path.surface path.touch path.queue", "path.ray path.state path.sample", {NPH_PATH_BATCH, 1, 1}, 0},
+    {"path.generate", "pinhole, parallel and flux sensors; box filter", "",
+     "path.id path.hero path.ray path.weight path.share path.pdf path.origin path.start path.sample", PATHS, 0},
+    {"path.gather", "ratio tracking [Novak14]; balance heuristic [Veach95]", RAYS " path.origin path.sample", "path.sample", PATHS, 0},
+    {"path.track", "delta tracking [Woodcock65]; surfaces [Woop13]", "path.id path.hero path.ray path.weight",
+     "path.distance path.medium path.surface path.touch path.flown path.weight path.colliding path.touching path.leaving "
+     "path.collided", PATHS, 0},
+    {"path.emission", "events of a Poisson process [Kingman93]", RAYS " path.share path.distance path.sample", "path.sample", PATHS, 0},
+    {"path.near", "equiangular sampling [Kulla12]; balance heuristic [Veach95]", RAYS " path.share path.distance path.sample",
+     "path.sample", PATHS, 0},
+    {"path.reweigh", "spectral MIS [Wilkie14] [Miller19]", RAYS " path.share path.distance path.medium",
+     "path.weight path.share", PATHS, 0},
+    {"path.escape", "balance heuristic [Veach95]", RAYS " path.flown path.leaving path.sample", "path.sample path.aside", PATHS, 0},
+    {"path.around", "balance heuristic [Veach95]", RAYS " " VERTICES " path.sample", "path.sample", PATHS, 0},
+    {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]", RAYS " " VERTICES " path.sample",
+     "path.sample", PATHS, 0},
+    {"path.scatter", "phase function sampling; roulette [Arvo90]", RAYS " path.share path.start path.collided " VERTICES " path.sample",
+     "path.id path.hero path.ray path.weight path.share path.pdf path.sample", PATHS, 0},
+    {"path.fold", "linearity", "path.collided path.aside path.sample", "path.sample", PATHS, 0},
     {"path.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "path.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
-static const NphBuffer buffers[] = {
-    {"path.ray", NPH_TYPE_REAL, "[6][path]", "m, 1", "position and direction, scene-local", NPH_NEAR, NULL},
-    {"path.state", NPH_TYPE_REAL, "[7][path]", "1, 1/sr", "throughput, shares of the channels, density of the direction",
-     NPH_NEAR, NULL},
-    {"path.distance", NPH_TYPE_REAL, "[path]", "m", "to the next collision", NPH_NEAR, NULL},
-    {"path.medium", NPH_I32, "[path]", "1", "number of the medium it happens in; -1: none", NPH_EXACT, NULL},
-    {"path.surface", NPH_I32, "[path]", "1", "number of the surface that the flight ends at if nothing collides; -1: none",
-     NPH_EXACT, NULL},
-    {"path.touch", NPH_TYPE_REAL, "[7][path]", "m, 1", "where light leaves that surface, its normal, how far it is", NPH_NEAR,
-     NULL},
-    {"path.queue", NPH_I32, "[2][path]", "1", "positions of the paths that collide, then of those at surfaces; that leave",
-     NPH_EXACT, NULL},
-    {"path.sample", NPH_TYPE_REAL, "[field][path]", "W/m2/sr, m, 1", "what each sample carries", NPH_STAT, NULL},
-    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_STAT, NULL},
+static const char *const arguments[NPH_PATH_ARGUMENTS] = {"tile", "chunk", "vertex", "light"};
+
+static const NphBuffer buffers[NPH_PATH_BUFFERS] = {
+    [NPH_PATH_ID] = {"path.id", NPH_I32, "[path]", "1", "which sample: pixel in its tile times 16 and sample in its chunk", NPH_EXACT,
+                     NULL, "path.id", 0},
+    [NPH_PATH_HERO] = {"path.hero", NPH_I32, "[path]", "1", "channel that decides collisions; three times the group and channel in it",
+                       NPH_EXACT, NULL, "path.id", 0},
+    [NPH_PATH_RAY] = {"path.ray", NPH_TYPE_REAL, "[6][path]", "m, 1", "position and direction, scene-local", NPH_NEAR, NULL, "path.id", 0},
+    [NPH_PATH_WEIGHT] = {"path.weight", NPH_TYPE_REAL, "[channel][path]", "1", "throughput", NPH_NEAR, NULL, "path.id", 0},
+    [NPH_PATH_SHARE] = {"path.share", NPH_TYPE_REAL, "[channel][path]", "1",
+                        "probability of the path had the channel been the hero, over the channels' mean", NPH_NEAR, NULL, "path.id", 0},
+    [NPH_PATH_PDF] = {"path.pdf", NPH_TYPE_REAL, "[path]", "1/sr", "density of the direction; negative: no light sample could find it",
+                      NPH_NEAR, NULL, "path.id", 0},
+    [NPH_PATH_ORIGIN] = {"path.origin", NPH_TYPE_REAL, "[3][path]", "m", "point of the sensor", NPH_NEAR, "the sensor gathers",
+                         "path.id", 0},
+    [NPH_PATH_DISTANCE] = {"path.distance", NPH_TYPE_REAL, "[path]", "m", "to the collision; without one how far was looked", NPH_NEAR,
+                           NULL, "path.id", 0},
+    [NPH_PATH_MEDIUM] = {"path.medium", NPH_I32, "[path]", "1", "position of the medium it happens in; -1: none", NPH_EXACT, NULL,
+                         "path.id", 0},
+    [NPH_PATH_SURFACE] = {"path.surface", NPH_I32, "[path]", "1", "surface that the flight ends at if nothing collides; -1: none",
+                          NPH_EXACT, "there are surfaces", "path.id", 0},
+    [NPH_PATH_TOUCH] = {"path.touch", NPH_TYPE_REAL, "[7][path]", "m, 1", "where light leaves that surface, its normal, how far it is",
+                        NPH_NEAR, "there are surfaces", "path.id", 0},
+    [NPH_PATH_FLOWN] = {"path.flown", NPH_TYPE_REAL, "[2][path]", "1",
+                        "weight of virtual collisions and depth by the cells' means; of split rays what passes and what collides",
+                        NPH_NEAR, "flights are weighed or split", "path.id", 0},
+    [NPH_PATH_COLLIDING] = {"path.colliding", NPH_I32, "[queue]", "1", "positions of the paths that collide", NPH_EXACT, NULL,
+                            "path.id", 1},
+    [NPH_PATH_TOUCHING] = {"path.touching", NPH_I32, "[queue]", "1", "positions of the paths at surfaces", NPH_EXACT,
+                           "there are surfaces", "path.id", 1},
+    [NPH_PATH_LEAVING] = {"path.leaving", NPH_I32, "[queue]", "1", "positions of the paths that leave", NPH_EXACT, NULL, "path.id", 1},
+    [NPH_PATH_START] = {"path.start", NPH_TYPE_REAL, "[id]", "m", "from the sensor to where the path began", NPH_NEAR, NULL, NULL, 0},
+    [NPH_PATH_COLLIDED] = {"path.collided", NPH_TYPE_REAL, "[id]", "1", "weight of all but what passed", NPH_NEAR, "camera rays are split",
+                           NULL, 0},
+    [NPH_PATH_ASIDE] = {"path.aside", NPH_TYPE_REAL, "[3][id]", "W/m2/sr", "light of what passed", NPH_NEAR, "camera rays are split", NULL,
+                        0},
+    [NPH_PATH_SAMPLE] = {"path.sample", NPH_TYPE_REAL, "[field][id]", "W/m2/sr, 1, m",
+                         "radiance, transmittance (3 channels each), order, distance and weight of the first vertex", NPH_NEAR, NULL, NULL, 0},
+    [NPH_PATH_NODE] = {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr",
+                       "of 16 samples: mean, M2, M3, M4 per channel, then means", NPH_NEAR, NULL, NULL, 0},
 };
 
 typedef struct PathWorker {
@@ -134,35 +169,119 @@ static NphStatus open_path(const NphJob *job, void **out) {
     return NPH_OK;
 }
 
+/* A batch is a tile and a chunk: where it lies, and no paths yet. */
+static void begin_batch(const PathState *state, PathWorker *worker, int64_t tile, int64_t chunk) {
+    int origin[2], inside[4];
+    nph_film_tile_rect(state->film, tile, origin, inside);
+    state->kernels.begin(worker->batch, origin, inside, chunk);
+}
+
+static void launch_stage(PathState *state, PathWorker *worker, const NphLaunch *launch) {
+    const NphPathKernels *k = &state->kernels;
+    NphPathBatch *batch = worker->batch;
+    int light = (int)launch->arguments[NPH_PATH_LIGHT];
+    switch ((NphPathStage)launch->stage) {
+    case NPH_PATH_GENERATE: k->generate(batch); break;
+    case NPH_PATH_TRACK: k->track(batch); break;
+    case NPH_PATH_EMISSION: k->emission(batch); break;
+    case NPH_PATH_NEAR: k->near_light(batch, light); break;
+    case NPH_PATH_REWEIGH: k->reweigh(batch); break;
+    case NPH_PATH_ESCAPE: k->escape(batch); break;
+    case NPH_PATH_AROUND: k->around_light(batch, light); break;
+    case NPH_PATH_GATHER: k->shadow(batch, light, 1); break;
+    case NPH_PATH_SHADOW: k->shadow(batch, light, 0); break;
+    case NPH_PATH_SCATTER: k->scatter(batch); break;
+    case NPH_PATH_FOLD: k->fold(batch); break;
+    case NPH_PATH_ACCUMULATE:
+        nph_film_chunk(state->film, state->job.precision, k->samples(batch), worker->film_scratch);
+        break;
+    default: break;
+    }
+}
+
+/* The next launch of a batch. */
+static NphStatus step(PathState *state, PathWorker *worker, NphLaunch *launch, NphPathStage stage, int light) {
+    const NphTap *tap = state->job.tap;
+    int index = (int)(worker - state->workers);
+    launch->stage = (int)stage;
+    launch->items = stage == NPH_PATH_ACCUMULATE ? NPH_TILE_PIXELS : state->kernels.count(worker->batch);
+    launch->arguments[NPH_PATH_LIGHT] = light;
+    if (tap) NPH_TRY(tap->before(tap->user, state, index, launch));
+    NPH_LAUNCH(&worker->counts, stage, launch->items, launch_stage(state, worker, launch));
+    if (tap) NPH_TRY(tap->after(tap->user, state, index, launch));
+    launch->number++;
+    return NPH_OK;
+}
+
+/* The stages of a vertex: from a flight to the next direction. */
+static NphStatus run_vertex(PathState *state, PathWorker *worker, NphLaunch *launch) {
+    const NphPathChoice *choice = &state->choice;
+    int lights = state->job.scene->light_count, turns = choice->transport.scatters || choice->transport.reflects;
+    NPH_TRY(step(state, worker, launch, NPH_PATH_TRACK, 0));
+    if (choice->transport.emission) NPH_TRY(step(state, worker, launch, NPH_PATH_EMISSION, 0));
+    for (int l = 0; l < lights; l++)
+        if (choice->near_m[l] > 0.0) NPH_TRY(step(state, worker, launch, NPH_PATH_NEAR, l));
+    if (choice->transport.channels > 1) NPH_TRY(step(state, worker, launch, NPH_PATH_REWEIGH, 0));
+    NPH_TRY(step(state, worker, launch, NPH_PATH_ESCAPE, 0));
+    for (int l = 0; l < lights; l++)
+        if (choice->near_m[l] > 0.0) NPH_TRY(step(state, worker, launch, NPH_PATH_AROUND, l));
+    for (int l = 0; l < lights && turns; l++)
+        if (choice->transport.sampled[l]) NPH_TRY(step(state, worker, launch, NPH_PATH_SHADOW, l));
+    return step(state, worker, launch, NPH_PATH_SCATTER, 0);
+}
+
 /* One batch from camera to film: the stages in order, until no path is left. */
-static void run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_t chunk) {
+static NphStatus run_batch(PathState *state, PathWorker *worker, int64_t tile, int64_t chunk) {
     const NphPathKernels *k = &state->kernels;
     const NphPathChoice *choice = &state->choice;
-    NphPathBatch *batch = worker->batch;
-    NphStageCounts *counts = &worker->counts;
-    int origin[2], inside[4], lights = state->job.scene->light_count;
-    nph_film_tile_rect(state->film, tile, origin, inside);
-    k->begin(batch, origin, inside, chunk);
-    NPH_LAUNCH(counts, NPH_PATH_GENERATE, k->count(batch), k->generate(batch));
-    for (int l = 0; l < lights && nph_sensor_gathers(state->job.scene->sensor.kind); l++)
-        if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 1));
-    while (k->count(batch) > 0) {
-        NPH_LAUNCH(counts, NPH_PATH_TRACK, k->count(batch), k->track(batch));
-        if (choice->transport.emission) NPH_LAUNCH(counts, NPH_PATH_EMISSION, k->count(batch), k->emission(batch));
-        for (int l = 0; l < lights; l++)
-            if (choice->near_m[l] > 0.0) NPH_LAUNCH(counts, NPH_PATH_NEAR, k->count(batch), k->near_light(batch, l));
-        if (choice->transport.channels > 1) NPH_LAUNCH(counts, NPH_PATH_TRACK, 0, k->reweigh(batch));
-        NPH_LAUNCH(counts, NPH_PATH_ESCAPE, k->count(batch), k->escape(batch));
-        for (int l = 0; l < lights; l++)
-            if (choice->near_m[l] > 0.0)
-                NPH_LAUNCH(counts, NPH_PATH_NEAR, k->count(batch), k->around_light(batch, l));
-        for (int l = 0; l < lights && (choice->transport.scatters || choice->transport.reflects); l++)
-            if (choice->transport.sampled[l]) NPH_LAUNCH(counts, NPH_PATH_SHADOW, k->count(batch), k->shadow(batch, l, 0));
-        NPH_LAUNCH(counts, NPH_PATH_SCATTER, k->count(batch), k->scatter(batch));
-    }
-    if (choice->forced) k->fold(batch);
-    NPH_LAUNCH(counts, NPH_PATH_ACCUMULATE, NPH_TILE_PIXELS,
-               nph_film_add_chunk(state->film, tile, chunk, state->job.precision, k->samples(batch), worker->film_scratch));
+    NphView split;
+    NphLaunch launch = {.batch = chunk * nph_film_tile_count(state->film) + tile, .arguments = {tile, chunk}};
+    begin_batch(state, worker, tile, chunk);
+    NPH_TRY(step(state, worker, &launch, NPH_PATH_GENERATE, 0));
+    for (int l = 0; l < state->job.scene->light_count && nph_sensor_gathers(state->job.scene->sensor.kind); l++)
+        if (choice->transport.sampled[l]) NPH_TRY(step(state, worker, &launch, NPH_PATH_GATHER, l));
+    for (; k->count(worker->batch) > 0; launch.arguments[NPH_PATH_VERTEX]++) NPH_TRY(run_vertex(state, worker, &launch));
+    if (k->view(worker->batch, NPH_PATH_COLLIDED, &split)) NPH_TRY(step(state, worker, &launch, NPH_PATH_FOLD, 0));
+    NPH_TRY(step(state, worker, &launch, NPH_PATH_ACCUMULATE, 0));
+    nph_film_add_node(state->film, tile, chunk, state->job.precision, k->samples(worker->batch), worker->film_scratch);
+    return NPH_OK;
+}
+
+static NphStatus begin_launch(void *opaque, int index, NphFilm *film, const NphLaunch *launch) {
+    PathState *state = opaque;
+    int64_t tile = launch->arguments[NPH_PATH_TILE], chunk = launch->arguments[NPH_PATH_CHUNK];
+    int64_t light = launch->arguments[NPH_PATH_LIGHT], vertex = launch->arguments[NPH_PATH_VERTEX];
+    state->film = film;
+    if (tile < 0 || tile >= nph_film_tile_count(film) || chunk < 0 || chunk >= NPH_MAX_SAMPLES / NPH_CHUNK || light < 0 ||
+        light >= (state->job.scene->light_count > 0 ? state->job.scene->light_count : 1) || vertex < 0 || vertex > UINT32_MAX)
+        return nph_error(state->job.context, NPH_BAD_INPUT, "tile %lld, chunk %lld, vertex %lld, light %lld: the picture has %lld "
+                         "tiles, the scene %d lights", (long long)tile, (long long)chunk, (long long)vertex, (long long)light,
+                         (long long)nph_film_tile_count(film), state->job.scene->light_count);
+    begin_batch(state, &state->workers[index], tile, chunk);
+    state->kernels.set_vertex(state->workers[index].batch, vertex);
+    return NPH_OK;
+}
+
+static NphStatus extend(void *opaque, int index, int buffer, const int64_t *shape) {
+    PathState *state = opaque;
+    int rank = 1 + (buffers[buffer].shape[1 + strcspn(buffers[buffer].shape + 1, "[")] == '[');
+    NphStatus status = state->kernels.extend(state->workers[index].batch, buffer, shape[rank - 1]);
+    return status == NPH_OK ? status
+                            : nph_error(state->job.context, status, "%s: %lld items, a batch has room for %d", buffers[buffer].name,
+                                        (long long)shape[rank - 1], NPH_PATH_BATCH);
+}
+
+static int view(void *opaque, int index, int buffer, NphView *out) {
+    PathState *state = opaque;
+    PathWorker *worker = &state->workers[index];
+    if (buffer != NPH_PATH_NODE) return state->kernels.view(worker->batch, buffer, out);
+    *out = (NphView){NPH_F64, 2, {nph_film_planes(state->film), NPH_TILE_PIXELS}, worker->film_scratch, NPH_TILE_PIXELS};
+    return 1;
+}
+
+static void launch_alone(void *opaque, int index, const NphLaunch *launch) {
+    PathState *state = opaque;
+    launch_stage(state, &state->workers[index], launch);
 }
 
 /* A block of the pool: one tile, all chunks of the pass; a request to stop is heard after each chunk. */
@@ -171,7 +290,7 @@ static NphStatus run_tile(void *opaque, int64_t tile, int index) {
     PathWorker *worker = &state->workers[index];
     int64_t chunk = state->begin / NPH_CHUNK;
     for (; chunk < state->end / NPH_CHUNK && !nph_interrupted(state->job.context); chunk++)
-        run_batch(state, worker, tile, chunk);
+        NPH_TRY(run_batch(state, worker, tile, chunk));
     if (index == 0) { /* the calling thread reports; the others' tiles are estimated from its own */
         state->tiles_done += nph_context_threads(state->job.context);
         int64_t tiles = nph_film_tile_count(state->film);
@@ -229,7 +348,7 @@ const NphMethod nph_path = {
     .stages = stages,
     .stage_count = NPH_PATH_STAGES,
     .buffers = buffers,
-    .buffer_count = (int)(sizeof buffers / sizeof *buffers),
+    .buffer_count = NPH_PATH_BUFFERS,
     .plan = nph_path_plan,
     .channels = channels,
     .open = open_path,
@@ -237,4 +356,10 @@ const NphMethod nph_path = {
     .statistics = statistics,
     .close = close_path,
     .replay = replay,
+    .arguments = arguments,
+    .argument_count = NPH_PATH_ARGUMENTS,
+    .begin_launch = begin_launch,
+    .extend = extend,
+    .view = view,
+    .launch = launch_alone,
 };

@@ -2,13 +2,17 @@
  *
  * truth/path: the unbiased volumetric path tracer. Its stages over a batch:
  *   1 generate   camera rays
+ *     gather     light samples of a sensor that gathers
  *   2 track      to the nearest surface; one whole free flight through every medium; the nearest collision wins
  *     emission   what media add by their own light along it
  *     near       what point lights in media send to one place of it
+ *     reweigh    what the other channels would have made of it
  *   3 escape     paths that leave meet the lights at infinity
+ *     around     what point lights send to the vertices through places around them
  *   4 shadow     at a vertex: a light sample per light, what surfaces hide, ratio tracking towards it
  *   5 scatter    albedo, roulette, new direction; the survivors move up
- *   6 accumulate into the film's tree
+ *   6 fold       of split camera rays: what passed and what collided
+ *     accumulate into the film's tree
  * path_replay_kernel.c tells the same story for one path, one event after another. */
 #ifndef NPH_TRUTH_PATH_PATH_H
 #define NPH_TRUTH_PATH_PATH_H
@@ -20,9 +24,18 @@ extern const NphMethod nph_path;
 enum { NPH_PATH_BATCH = NPH_TILE_PIXELS * NPH_CHUNK };
 
 typedef enum NphPathStage {
-    NPH_PATH_GENERATE, NPH_PATH_TRACK, NPH_PATH_EMISSION, NPH_PATH_NEAR, NPH_PATH_ESCAPE, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_ACCUMULATE,
-    NPH_PATH_STAGES
+    NPH_PATH_GENERATE, NPH_PATH_GATHER, NPH_PATH_TRACK, NPH_PATH_EMISSION, NPH_PATH_NEAR, NPH_PATH_REWEIGH, NPH_PATH_ESCAPE,
+    NPH_PATH_AROUND, NPH_PATH_SHADOW, NPH_PATH_SCATTER, NPH_PATH_FOLD, NPH_PATH_ACCUMULATE, NPH_PATH_STAGES
 } NphPathStage;
+
+/* In the order in which inputs must be placed: what says how many paths there are before what is as long. */
+typedef enum NphPathBuffer {
+    NPH_PATH_ID, NPH_PATH_HERO, NPH_PATH_RAY, NPH_PATH_WEIGHT, NPH_PATH_SHARE, NPH_PATH_PDF, NPH_PATH_ORIGIN, NPH_PATH_DISTANCE,
+    NPH_PATH_MEDIUM, NPH_PATH_SURFACE, NPH_PATH_TOUCH, NPH_PATH_FLOWN, NPH_PATH_COLLIDING, NPH_PATH_TOUCHING, NPH_PATH_LEAVING,
+    NPH_PATH_START, NPH_PATH_COLLIDED, NPH_PATH_ASIDE, NPH_PATH_SAMPLE, NPH_PATH_NODE, NPH_PATH_BUFFERS
+} NphPathBuffer;
+
+enum { NPH_PATH_TILE, NPH_PATH_CHUNK, NPH_PATH_VERTEX, NPH_PATH_LIGHT, NPH_PATH_ARGUMENTS };
 
 enum { NPH_PATH_KNOB_ROULETTE, NPH_PATH_KNOB_SHADOW_ROULETTE, NPH_PATH_KNOB_WEIGHED, NPH_PATH_KNOB_TOWARDS_SUN, NPH_PATH_KNOB_LEAST_LIGHT,
        NPH_PATH_KNOB_EMISSION_EVENTS, NPH_PATH_KNOB_NEAR_LIGHT, NPH_PATH_KNOB_FORCED,
@@ -53,6 +66,9 @@ typedef struct NphPathKernels {
     int (*count)(const NphPathBatch *batch);
     const void *(*samples)(const NphPathBatch *batch);
     const NphTally *(*tally)(const NphPathBatch *batch);
+    void (*set_vertex)(NphPathBatch *batch, int64_t vertex);
+    NphStatus (*extend)(NphPathBatch *batch, int buffer, int64_t items); /* NPH_BAD_INPUT: more than a batch holds */
+    int (*view)(NphPathBatch *batch, int buffer, NphView *view);
     void (*generate)(NphPathBatch *batch);
     void (*track)(NphPathBatch *batch);
     void (*emission)(NphPathBatch *batch);

@@ -14,6 +14,9 @@ size_t NPH_KERNEL(nph_path_batch_bytes)(void);
 void NPH_KERNEL(nph_path_layout)(void *memory, const void *scene, NphPathBatch **out);
 void NPH_KERNEL(nph_path_begin)(NphPathBatch *batch, const int origin[2], const int inside[4], int64_t chunk);
 int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch);
+void NPH_KERNEL(nph_path_set_vertex)(NphPathBatch *batch, int64_t vertex);
+NphStatus NPH_KERNEL(nph_path_extend)(NphPathBatch *batch, int buffer, int64_t items);
+int NPH_KERNEL(nph_path_view)(NphPathBatch *batch, int buffer, NphView *view);
 const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch);
 const NphTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch);
 
@@ -150,10 +153,71 @@ void NPH_KERNEL(nph_path_begin)(NphPathBatch *batch, const int origin[2], const 
     batch->tile_y = origin[1];
     memcpy(batch->inside, inside, sizeof batch->inside);
     batch->first_sample = (uint32_t)(chunk * NPH_CHUNK);
-    batch->now = batch->count = batch->laid_aside = 0;
+    batch->now = batch->count = batch->queued = batch->touched = batch->left = 0;
+    batch->vertex = 0;
+    memset(batch->start, 0, sizeof(Real) * NPH_PATH_BATCH);
+    for (int a = 0; a < 4 && batch->scene->forced > R(0.0); a++)
+        memset(a < 3 ? batch->passed_by[a] : batch->collides, 0, sizeof(Real) * NPH_PATH_BATCH);
     memset(batch->samples, 0, sizeof(Real) * NPH_SAMPLE_FIELDS * NPH_PATH_BATCH);
 }
 
 int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch) { return batch->count; }
 const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch) { return batch->samples; }
 const NphTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch) { return &batch->tally; }
+void NPH_KERNEL(nph_path_set_vertex)(NphPathBatch *batch, int64_t vertex) { batch->vertex = (uint32_t)vertex; }
+
+NphStatus NPH_KERNEL(nph_path_extend)(NphPathBatch *batch, int buffer, int64_t items) {
+    int before = buffer == NPH_PATH_TOUCHING ? batch->queued : 0;
+    if (items < 0 || items > NPH_PATH_BATCH - before) return NPH_BAD_INPUT;
+    if (buffer == NPH_PATH_ID) batch->count = (int)items;
+    if (buffer == NPH_PATH_COLLIDING) batch->queued = (int)items;
+    if (buffer == NPH_PATH_TOUCHING) batch->touched = (int)items;
+    if (buffer == NPH_PATH_LEAVING) batch->left = (int)items;
+    return NPH_OK;
+}
+
+static NphView rows(void *data, int count, int64_t items) {
+    return (NphView){NPH_PRECISION == 32 ? NPH_F32 : NPH_F64, 2, {count, items}, data, NPH_PATH_BATCH};
+}
+
+static NphView reals(void *data, int64_t items) {
+    return (NphView){NPH_PRECISION == 32 ? NPH_F32 : NPH_F64, 1, {items}, data, 1};
+}
+
+static NphView integers(void *data, int64_t items) { return (NphView){NPH_I32, 1, {items}, data, 1}; }
+
+/* Those that only some scenes have. */
+static int view_conditional(NphPathBatch *batch, int buffer, NphView *view) {
+    const RScene *scene = batch->scene;
+    int surfaces = scene->surfaces.count > 0, split = scene->forced > R(0.0);
+    switch (buffer) {
+    case NPH_PATH_ORIGIN: *view = rows(batch->ray[0], 3, batch->count); return nph_sensor_gathers(scene->sensor.kind);
+    case NPH_PATH_SURFACE: *view = integers(batch->surface, batch->count); return surfaces;
+    case NPH_PATH_TOUCH: *view = rows(batch->surface_p[0], 7, batch->count); return surfaces;
+    case NPH_PATH_TOUCHING: *view = integers(batch->queue + batch->queued, batch->touched); return surfaces;
+    case NPH_PATH_FLOWN: *view = rows(batch->survived, 2, batch->count); return scene->weighed || split;
+    case NPH_PATH_COLLIDED: *view = reals(batch->collides, NPH_PATH_BATCH); return split;
+    case NPH_PATH_ASIDE: *view = rows(batch->passed_by[0], 3, NPH_PATH_BATCH); return split;
+    default: return 0;
+    }
+}
+
+int NPH_KERNEL(nph_path_view)(NphPathBatch *batch, int buffer, NphView *view) {
+    RPaths *paths = &batch->paths[batch->now];
+    int channels = batch->scene->channels;
+    switch (buffer) {
+    case NPH_PATH_ID: *view = integers(paths->id, batch->count); return 1;
+    case NPH_PATH_HERO: *view = integers(paths->hero, batch->count); return 1;
+    case NPH_PATH_RAY: *view = rows(paths->p[0], 6, batch->count); return 1;
+    case NPH_PATH_WEIGHT: *view = rows(paths->weight[0], channels, batch->count); return 1;
+    case NPH_PATH_SHARE: *view = rows(paths->share[0], channels, batch->count); return 1;
+    case NPH_PATH_PDF: *view = reals(paths->pdf, batch->count); return 1;
+    case NPH_PATH_DISTANCE: *view = reals(batch->distance, batch->count); return 1;
+    case NPH_PATH_MEDIUM: *view = integers(batch->medium, batch->count); return 1;
+    case NPH_PATH_COLLIDING: *view = integers(batch->queue, batch->queued); return 1;
+    case NPH_PATH_LEAVING: *view = integers(batch->escaped, batch->left); return 1;
+    case NPH_PATH_START: *view = reals(batch->start, NPH_PATH_BATCH); return 1;
+    case NPH_PATH_SAMPLE: *view = rows(batch->samples, NPH_SAMPLE_FIELDS, NPH_PATH_BATCH); return 1;
+    default: return view_conditional(batch, buffer, view);
+    }
+}

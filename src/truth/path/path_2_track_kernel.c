@@ -18,6 +18,8 @@ static void meet_surfaces(NphPathBatch *batch) {
         Real d[3] = {paths->d[0][i], paths->d[1][i], paths->d[2][i]};
         RMet met;
         batch->surface[i] = -1;
+        batch->surface_t[i] = R(0.0);
+        for (int a = 0; a < 3; a++) batch->surface_p[a][i] = batch->surface_n[a][i] = R(0.0);
         if (!r_closest_surface(batch->scene, p, d, R_HUGE, &met)) continue;
         batch->surface[i] = met.surface;
         batch->distance[i] = met.limit;

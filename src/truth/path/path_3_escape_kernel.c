@@ -23,12 +23,10 @@ static void lay_aside(NphPathBatch *batch) {
         memcpy(batch->passed_by[c], light, bytes);
         memset(light, 0, bytes);
     }
-    batch->laid_aside = 1;
 }
 
 /* Of ids that no ray was made for, in parts of tiles, samples and light laid aside are 0. */
 void NPH_KERNEL(nph_path_fold)(NphPathBatch *batch) {
-    if (!batch->laid_aside) return; /* no ray was made for this tile */
     Real *order = batch->samples + NPH_SAMPLE_ORDER * NPH_PATH_BATCH;
     for (int c = 0; c < colours(batch->scene); c++) {
         Real *light = batch->samples + (NPH_SAMPLE_L0 + c) * NPH_PATH_BATCH;

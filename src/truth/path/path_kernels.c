@@ -13,6 +13,9 @@ BUILDS(void, nph_path_begin, (NphPathBatch *, const int *, const int *, int64_t)
 BUILDS(int, nph_path_count, (const NphPathBatch *));
 BUILDS(const void *, nph_path_samples, (const NphPathBatch *));
 BUILDS(const NphTally *, nph_path_tally, (const NphPathBatch *));
+BUILDS(void, nph_path_set_vertex, (NphPathBatch *, int64_t));
+BUILDS(NphStatus, nph_path_extend, (NphPathBatch *, int, int64_t));
+BUILDS(int, nph_path_view, (NphPathBatch *, int, NphView *));
 BUILDS(void, nph_path_replay, (const void *, const int *, int64_t, NphLineFn, void *, double *));
 NPH_KERNEL_DECLARE(void, nph_path_generate, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_track, (NphPathBatch *));
@@ -35,6 +38,9 @@ void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels) {
     kernels->count = f32 ? nph_path_count_f32_base : nph_path_count_f64_base;
     kernels->samples = f32 ? nph_path_samples_f32_base : nph_path_samples_f64_base;
     kernels->tally = f32 ? nph_path_tally_f32_base : nph_path_tally_f64_base;
+    kernels->set_vertex = f32 ? nph_path_set_vertex_f32_base : nph_path_set_vertex_f64_base;
+    kernels->extend = f32 ? nph_path_extend_f32_base : nph_path_extend_f64_base;
+    kernels->view = f32 ? nph_path_view_f32_base : nph_path_view_f64_base;
     kernels->replay = f32 ? nph_path_replay_f32_base : nph_path_replay_f64_base;
     NPH_KERNEL_PICK(kernels->generate, nph_path_generate, isa, precision);
     NPH_KERNEL_PICK(kernels->track, nph_path_track, isa, precision);

@@ -48,7 +48,6 @@ struct NphPathBatch {
     Real *start;               /* [4096], by id: distance from the camera to where the path began */
     /* of forced collisions, [4096] by id: the chance to collide; light of the part that did not, once it is laid aside */
     Real *collides, *passed_by[3];
-    int laid_aside;
     NphTally tally;
 };
 

@@ -51,13 +51,13 @@ static const NphStage stages[NPH_PHOTONMAP_STAGES] = {
 };
 
 static const NphBuffer buffers[] = {
-    {"photonmap.count", NPH_I64, "[block + 1]", "1", "what photons of earlier blocks scatter", NPH_EXACT, NULL},
+    {"photonmap.count", NPH_I64, "[block + 1]", "1", "what photons of earlier blocks scatter", NPH_EXACT, NULL, NULL, 0},
     {"photonmap.photon", NPH_TYPE_REAL, "[photon]", "1, W, 1",
-     "direction, scattered power per channel, extinction there, medium, order", NPH_NEAR, NULL},
-    {"photonmap.node", NPH_TYPE_REAL, "[photon]", "m, 1", "position; number of the photon << 2 | axis", NPH_NEAR, NULL},
+     "direction, scattered power per channel, extinction there, medium, order", NPH_NEAR, NULL, NULL, 0},
+    {"photonmap.node", NPH_TYPE_REAL, "[photon]", "m, 1", "position; number of the photon << 2 | axis", NPH_NEAR, NULL, NULL, 0},
     {"photonmap.sample", NPH_TYPE_REAL, "[tile][field][pixel][16]", "W/m2/sr, m, 1", "what each sample carries",
-     NPH_BIAS, NULL},
-    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_BIAS, NULL},
+     NPH_BIAS, NULL, NULL, 0},
+    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_BIAS, NULL, NULL, 0},
 };
 
 typedef struct PhotonmapState {

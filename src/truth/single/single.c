@@ -39,9 +39,9 @@ static const NphStage stages[NPH_SINGLE_STAGES] = {
 
 static const NphBuffer buffers[] = {
     {"single.ray", NPH_F64, "[9][ray]", "m, 1",
-     "position and direction, scene-local; distance to the sensor, weight, density", NPH_NEAR, NULL},
-    {"single.sample", NPH_F64, "[field][ray]", "W/m2/sr, m, 1", "what each ray carries", NPH_NEAR, NULL},
-    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_STAT, NULL},
+     "position and direction, scene-local; distance to the sensor, weight, density", NPH_NEAR, NULL, NULL, 0},
+    {"single.sample", NPH_F64, "[field][ray]", "W/m2/sr, m, 1", "what each ray carries", NPH_NEAR, NULL, NULL, 0},
+    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_STAT, NULL, NULL, 0},
 };
 
 typedef struct SingleWorker {

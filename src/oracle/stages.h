@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Buffers of a method's state as arrays: taken out, put in. */
+#ifndef NPH_ORACLE_STAGES_H
+#define NPH_ORACLE_STAGES_H
+
+#include "nephos/stage.h"
+#include "pipeline/method.h"
+
+extern const char *const nph_class_names[];
+
+/* A copy of a buffer as it stands; rank 0 where the scene has none. */
+NphStatus nph_buffer_take(NphContext *context, const NphMethod *method, void *state, int worker, int buffer, NphArray *array);
+
+/* The buffer's place in the method's table, or -1. */
+int nph_buffer_find(const NphMethod *method, const char *name);
+int nph_stage_find(const NphMethod *method, const char *name);
+
+/* NPH_BAD_USAGE where the method's stages cannot be looked at. */
+NphStatus nph_stages_supported(NphContext *context, const NphMethod *method);
+
+#endif

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Dumps, and stages alone: every launch of every stage of every method, given the inputs that its run had, writes the bytes that
+ * its run wrote. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "harness.h"
+#include "method/registry.h"
+#include "nephos/scene.h"
+#include "oracle/manifest.h"
+
+#define CAMERA "nephos: 1\ncamera: {type: perspective, resolution: [18, 9], position: [-2, -1.5, 1.2], look_at: [0.5, 0.5, 0.5], fov: 40}\n"
+#define CLOUD "density: {file: ../data/cumulus/cumulus_300.zip.nvdb}"
+
+static const char *const scenes[] = {
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: hg, g: 0.8}}\n"
+           "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n  - {type: constant, radiance: 0.2}\n",
+    /* weighed flights through a grid, that end at surfaces */
+    CAMERA "media:\n  - {" CLOUD ", extinction: 20, albedo: 0.6}\nsurfaces:\n  - {plane: 0.1, albedo: 0.7}\n"
+           "lights:\n  - {type: constant, radiance: [0.1, 0.2, 0.3]}\n",
+    /* split camera rays of a flux sensor */
+    "nephos: 1\ncamera: {type: flux, position: [0, 0, 1.1], direction: [0, 0, -1], extent: 1, resolution: [18, 9], up: [0, 1, 0]}\n"
+    "media:\n  - {layer: [0, 1], extinction: 0.02, albedo: 0.9, phase: {type: rayleigh}}\n"
+    "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: 3}\n  - {type: constant, radiance: 0.5, hemisphere: upper}\n",
+    /* channels, a grid over a box, emission, a point light in a medium, a sun with a disc, a mesh */
+    CAMERA "media:\n"
+           "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], phase: {type: two_lobe, g: 0.8, g2: -0.3, weight: 0.7},\n"
+           "     emission: {type: volume, radiance: 0.1}}\n"
+           "  - {" CLOUD ", extinction: [20, 30, 9], albedo: 0.9}\n"
+           "surfaces:\n  - {plane: -0.3}\n  - {mesh: ../data/mesh/teapot.obj, albedo: [0.2, 0.5, 0.9], transform: [{scale: 0.2}, {translate: [0.3, 0, -0.3]}]}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
+           "  - {type: point, position: [0.5, 0.5, 0.5], intensity: [1, 2, 3]}\n",
+    /* a grid and a sun, repeated */
+    CAMERA "periodic: {x: [0.1, 0.8], y: [0, 1]}\nmedia:\n  - {" CLOUD ", extinction: 40, albedo: 1, phase: {type: hg, g: 0.85}}\n"
+           "lights:\n  - {type: sun, direction: [1, -1, 1], irradiance: 3}\n",
+    CAMERA "wavelengths: [420, 480, 550, 600, 690]\n"
+           "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [8, 6, 4, 3, 2], albedo: [1, 0.9, 0.8, 0.9, 1], phase: {type: hg, g: 0.8}}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1, 2, 3]}\n",
+};
+enum { SCENES = sizeof scenes / sizeof *scenes, MAX_METHODS = 16 };
+
+/* Launches of each stage that were run again. */
+static int replayed[MAX_METHODS][NPH_MAX_STAGES];
+
+static NphScene *parse(NphContext *context, const char *text) {
+    NphScene *scene = NULL;
+    NphStatus status = nph_scene_parse(context, text, strlen(text), "test.yaml", nph_test_path("reference/scenes"), &scene);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    return scene;
+}
+
+static void remove_folder(const char *folder) {
+    char command[4200];
+    snprintf(command, sizeof command, "rm -r '%s'", folder);
+    ck_assert_int_eq(system(command), 0);
+}
+
+static void dump(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const char *folder, NphManifest *manifest) {
+    NphFilm *film = NULL;
+    NphDumpOptions what;
+    nph_dump_options_default(&what);
+    what.folder = folder;
+    NphStatus status = nph_dump(context, scene, "test.yaml", options, &what, &film, NULL);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    nph_film_free(context, film);
+    ck_assert_int_eq(nph_manifest_read(context, folder, manifest), NPH_OK);
+}
+
+static int same(const NphArray *a, const NphArray *b) {
+    return a->type == b->type && a->rank == b->rank && memcmp(a->shape, b->shape, sizeof a->shape) == 0 &&
+           (!nph_array_count(a) || memcmp(a->data, b->data, (size_t)nph_array_count(a) * nph_type_size(a->type)) == 0);
+}
+
+/* Runs one launch of a dump again; the number of outputs that differ. */
+static int differing(NphContext *context, NphStages *stages, const NphManifest *manifest, const NphManifestLaunch *launch) {
+    NphNamedArray inputs[NPH_MAX_BUFFERS], outputs[NPH_MAX_BUFFERS];
+    int count = 0, different = 0;
+    for (int i = 0; i < launch->input_count; i++) {
+        inputs[i].name = launch->inputs[i].buffer;
+        ck_assert_int_eq(nph_manifest_array(context, manifest, launch->inputs[i].file, &inputs[i].array), NPH_OK);
+    }
+    NphStatus status = nph_stages_run(stages, launch->stage, launch->arguments, launch->input_count, inputs, &count, outputs);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    ck_assert_int_eq(count, launch->output_count);
+    for (int o = 0; o < count; o++) {
+        NphArray written;
+        ck_assert_str_eq(outputs[o].name, launch->outputs[o].buffer);
+        ck_assert_int_eq(nph_manifest_array(context, manifest, launch->outputs[o].file, &written), NPH_OK);
+        different += !same(&written, &outputs[o].array);
+        if (!same(&written, &outputs[o].array)) printf("    %s: %s differs\n", launch->stage, outputs[o].name);
+        nph_array_free(context, &written);
+        nph_array_free(context, &outputs[o].array);
+    }
+    for (int i = 0; i < launch->input_count; i++) nph_array_free(context, &inputs[i].array);
+    return different;
+}
+
+static void replay(int method, const char *text, int precision) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, text);
+    NphRenderOptions options, again;
+    NphManifest manifest;
+    NphStages *stages = NULL;
+    nph_render_options_default(&options);
+    options.method = nph_method(method)->name;
+    options.samples = 16;
+    options.precision = precision;
+    const char *folder = nph_test_temporary("dump");
+    dump(context, scene, &options, folder, &manifest);
+    nph_manifest_options(&manifest, &again);
+    ck_assert_int_eq(nph_stages_open(context, scene, &again, &stages), NPH_OK);
+    for (int l = 0; l < manifest.launch_count; l++) {
+        const NphManifestLaunch *launch = &manifest.launches[l];
+        ck_assert_msg(differing(context, stages, &manifest, launch) == 0, "batch %lld launch %lld %s", (long long)launch->batch,
+                      (long long)launch->number, launch->stage);
+        for (int s = 0; s < nph_stages_count(stages); s++)
+            replayed[method][s] += strcmp(nph_stages_stage(stages, s).name, launch->stage) == 0;
+    }
+    nph_stages_close(stages);
+    nph_manifest_free(context, &manifest);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+    remove_folder(folder);
+}
+
+START_TEST(a_stage_given_its_own_inputs_writes_its_own_outputs) {
+    const NphMethod *method = nph_method(_i);
+    if (!method->launch) {
+        char why[128];
+        snprintf(why, sizeof why, "the stages of %s cannot be run alone", method->name);
+        nph_test_skip(why);
+        return;
+    }
+    for (int s = 0; s < SCENES; s++)
+        for (int precision = 32; precision <= 64; precision += 32) replay(_i, scenes[s], precision);
+    for (int s = 0; s < method->stage_count; s++) {
+        printf("    %s: %d launches\n", method->stages[s].name, replayed[_i][s]);
+        ck_assert_msg(replayed[_i][s] > 0, "%s was never launched", method->stages[s].name);
+    }
+}
+END_TEST
+
+/* The same launches, files and digests, whatever the threads. */
+START_TEST(a_dump_does_not_depend_on_threads) {
+    char *manifests[2] = {NULL, NULL};
+    size_t sizes[2] = {0, 0};
+    for (int k = 0; k < 2; k++) {
+        NphContext *context = nph_test_context(1 + 2 * k);
+        NphScene *scene = parse(context, scenes[3]);
+        NphRenderOptions options;
+        NphManifest manifest;
+        char path[4200];
+        nph_render_options_default(&options);
+        options.samples = 32;
+        const char *folder = nph_test_temporary("threads");
+        dump(context, scene, &options, folder, &manifest);
+        snprintf(path, sizeof path, "%s/manifest.json", folder);
+        FILE *file = fopen(path, "rb");
+        manifests[k] = malloc(1 << 24);
+        sizes[k] = fread(manifests[k], 1, 1 << 24, file);
+        fclose(file);
+        nph_manifest_free(context, &manifest);
+        nph_scene_free(context, scene);
+        nph_test_context_close(context);
+        remove_folder(folder);
+    }
+    ck_assert_uint_gt(sizes[0], 10000);
+    ck_assert_uint_eq(sizes[0], sizes[1]);
+    ck_assert_int_eq(memcmp(manifests[0], manifests[1], sizes[0]), 0);
+    free(manifests[0]);
+    free(manifests[1]);
+}
+END_TEST
+
+/* The picture is the same with and without a dump, and selections write a part of the files. */
+START_TEST(a_selection_writes_its_launches_and_their_inputs) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, scenes[0]);
+    NphRenderOptions options;
+    NphDumpOptions what;
+    NphManifest manifest;
+    NphFilm *film = NULL;
+    nph_render_options_default(&options);
+    options.samples = 16;
+    nph_dump_options_default(&what);
+    what.folder = nph_test_temporary("selection");
+    what.stage = "path.shadow";
+    what.launch = 4;
+    what.pixel_given = 1;
+    what.pixel[0] = 17;
+    what.pixel[1] = 3;
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_OK);
+    ck_assert_int_eq(nph_manifest_read(context, what.folder, &manifest), NPH_OK);
+    ck_assert_int_eq(manifest.launch_count, 0); /* 0 generate, 1 track, 2 escape, 3 shadow, 4 scatter */
+    nph_manifest_free(context, &manifest);
+    remove_folder(what.folder);
+    nph_film_free(context, film);
+    what.launch = 3;
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_OK);
+    ck_assert_int_eq(nph_manifest_read(context, what.folder, &manifest), NPH_OK);
+    ck_assert_int_eq(manifest.launch_count, 1);
+    ck_assert_int_eq(manifest.launches[0].batch, 1);
+    ck_assert_int_gt(manifest.launches[0].input_count, 7);
+    NphStages *stages = NULL;
+    ck_assert_int_eq(nph_stages_open(context, scene, &options, &stages), NPH_OK);
+    ck_assert_int_eq(differing(context, stages, &manifest, &manifest.launches[0]), 0);
+    nph_stages_close(stages);
+    nph_manifest_free(context, &manifest);
+    remove_folder(what.folder);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(dumps_beyond_their_limit_are_refused_before_the_run) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, scenes[0]);
+    NphRenderOptions options;
+    NphDumpOptions what;
+    NphFilm *film = NULL;
+    nph_render_options_default(&options);
+    options.samples = 16;
+    nph_dump_options_default(&what);
+    what.folder = nph_test_temporary("limit");
+    what.limit_bytes = 1 << 20;
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_NO_MEMORY);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "its limit is 1.0 MiB"));
+    ck_assert_int_ne(access(what.folder, F_OK), 0);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(inputs_that_do_not_fit_are_named) {
+    static const int64_t arguments[4] = {0, 0, 0, 0}, beyond[4] = {99, 0, 0, 0};
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, scenes[0]);
+    NphRenderOptions options;
+    NphStages *stages = NULL;
+    NphNamedArray made[NPH_MAX_BUFFERS], outputs[NPH_MAX_BUFFERS], inputs[4];
+    int count = 0, none = 0, found = 0;
+    nph_render_options_default(&options);
+    ck_assert_int_eq(nph_stages_open(context, scene, &options, &stages), NPH_OK);
+    ck_assert_int_eq(nph_stages_run(stages, "path.generate", beyond, 0, NULL, &none, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "tile 99"));
+    ck_assert_int_eq(nph_stages_run(stages, "path.generate", arguments, 0, NULL, &count, made), NPH_OK);
+    for (int m = 0; m < count && found < 4; m++)
+        if (strcmp(made[m].name, "path.id") == 0 || strcmp(made[m].name, "path.hero") == 0 || strcmp(made[m].name, "path.ray") == 0 ||
+            strcmp(made[m].name, "path.weight") == 0)
+            inputs[found++] = made[m];
+    ck_assert_int_eq(found, 4);
+    ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 3, inputs, &none, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "path.track reads path.weight, which is not among the inputs"));
+    inputs[2].array.shape[0] = 3;
+    ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 4, inputs, &none, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "input path.ray: axis 0 has 3 elements, expected 6 ([6][path])"));
+    inputs[2].array.shape[0] = 6;
+    inputs[0].name = "path.sample";
+    ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 4, inputs, &none, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "path.track reads path.id path.hero"));
+    ck_assert_int_eq(nph_stages_run(stages, "path.trak", arguments, 4, inputs, &none, outputs), NPH_BAD_USAGE);
+    for (int m = 0; m < count; m++) nph_array_free(context, &made[m].array);
+    nph_stages_close(stages);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+static void fill(TCase *cases) {
+    tcase_add_loop_test(cases, a_stage_given_its_own_inputs_writes_its_own_outputs, 0, nph_method_count());
+    tcase_add_test(cases, a_dump_does_not_depend_on_threads);
+    tcase_add_test(cases, a_selection_writes_its_launches_and_their_inputs);
+    tcase_add_test(cases, dumps_beyond_their_limit_are_refused_before_the_run);
+    tcase_add_test(cases, inputs_that_do_not_fit_are_named);
+}
+
+int main(void) { return nph_test_main("stages", fill); }
