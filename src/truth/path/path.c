@@ -37,7 +37,7 @@ static const NphStage stages[NPH_PATH_STAGES] = {
     {"path.generate", "pinhole, parallel and flux sensors; box filter", "",
      "path.id path.hero path.ray path.weight path.share path.pdf path.origin path.start path.sample", PATHS, 0},
     {"path.gather", "ratio tracking [Novak14]; balance heuristic [Veach95]", RAYS " path.origin path.sample", "path.sample", PATHS, 0},
-    {"path.track", "delta tracking [Woodcock65]; surfaces [Woop13]", "path.id path.hero path.ray path.weight",
+    {"path.track", "delta tracking [Woodcock65]; surfaces [Woop13]", "path.id path.hero path.ray path.weight path.collided",
      "path.distance path.medium path.surface path.touch path.flown path.weight path.colliding path.touching path.leaving "
      "path.collided", PATHS, 0},
     {"path.emission", "events of a Poisson process [Kingman93]", RAYS " path.share path.distance path.sample", "path.sample", PATHS, 0},
@@ -45,7 +45,7 @@ static const NphStage stages[NPH_PATH_STAGES] = {
      "path.sample", PATHS, 0},
     {"path.reweigh", "spectral MIS [Wilkie14] [Miller19]", RAYS " path.share path.distance path.medium",
      "path.weight path.share", PATHS, 0},
-    {"path.escape", "balance heuristic [Veach95]", RAYS " path.flown path.leaving path.sample", "path.sample path.aside", PATHS, 0},
+    {"path.escape", "balance heuristic [Veach95]", RAYS " path.flown path.leaving path.aside path.sample", "path.sample path.aside", PATHS, 0},
     {"path.around", "balance heuristic [Veach95]", RAYS " " VERTICES " path.sample", "path.sample", PATHS, 0},
     {"path.shadow", "ratio tracking [Novak14]; balance heuristic [Veach95]", RAYS " " VERTICES " path.sample",
      "path.sample", PATHS, 0},
