@@ -37,6 +37,10 @@ int64_t nph_array_count(const NphArray *array);
 NphStatus nph_array_new(NphContext *context, NphType type, int rank, const int64_t *shape, const char *what,
                         NphArray *array);
 
+/* NumPy's .npy files: C order is written; Fortran order and other byte orders are read too. *array is untouched on failure. */
+NphStatus nph_array_read_npy(NphContext *context, const char *path, NphArray *array);
+NphStatus nph_array_write_npy(NphContext *context, const char *path, const NphArray *array);
+
 /* Frees the data and zeroes the struct; safe on a zeroed struct. */
 void nph_array_free(NphContext *context, NphArray *array);
 

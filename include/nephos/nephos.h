@@ -15,5 +15,6 @@
 #include "nephos/render.h"
 #include "nephos/compare.h"
 #include "nephos/stage.h"
+#include "nephos/verify.h"
 
 #endif

@@ -21,6 +21,7 @@ typedef struct Command {
 int command_begin(const Command *command, const OptionTable *table, int argc, char **argv, TextList *files,
                   NphStatus *status);
 
-extern const Command command_render, command_plan, command_info, command_compare, command_merge, command_bench;
+extern const Command command_render, command_plan, command_info, command_compare, command_merge, command_bench, command_verify,
+    command_stage;
 
 #endif

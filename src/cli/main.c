@@ -9,7 +9,8 @@
 #include "nephos/context.h"
 
 static const Command *const commands[] = {&command_render,  &command_plan,  &command_info,
-                                          &command_compare, &command_merge, &command_bench};
+                                          &command_compare, &command_merge, &command_bench,
+                                          &command_verify,  &command_stage};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void print_help(void) {

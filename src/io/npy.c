@@ -280,6 +280,12 @@ NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *a
     return nph_writer_commit(context, &writer);
 }
 
+NphStatus nph_array_read_npy(NphContext *context, const char *path, NphArray *array) { return nph_npy_read(context, path, array); }
+
+NphStatus nph_array_write_npy(NphContext *context, const char *path, const NphArray *array) {
+    return nph_npy_write(context, path, array);
+}
+
 NphStatus nph_npy_write_unsynced(NphContext *context, const char *path, const NphArray *array) {
     char header[HEADER_MAX];
     size_t header_bytes = make_header(array, header), bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);

@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * nephos verify: a port's dump against the reference's, stage by stage. */
+#include <string.h>
+
+#include "cli/command.h"
+#include "cli/session.h"
+#include "core/json.h"
+#include "core/message.h"
+#include "nephos/verify.h"
+
+typedef struct VerifyCommand {
+    Session session;
+    NphVerifyOptions options;
+    const char *scene, *junit;
+    int json;
+} VerifyCommand;
+
+static const char *const bins[NPH_VERIFY_BINS] = {"0", "1", "4", "16", "64", "1024", "2^20", "more"};
+
+static void cell_text(const NphVerifyCell *cell, char text[256]) {
+    size_t used = (size_t)snprintf(text, 256, "batch %lld launch %lld [", (long long)cell->batch, (long long)cell->number);
+    for (int a = 0; a < cell->rank; a++)
+        used += (size_t)snprintf(text + used, 256 - used, "%s%lld", a ? ", " : "", (long long)cell->index[a]);
+    snprintf(text + used, 256 - used, "]: %.9g, reference %.9g, %.3g ulp, off by %.3g (%.3g%%)", cell->candidate, cell->reference,
+             cell->ulp, cell->absolute, 100 * cell->relative);
+}
+
+static void print_row(const NphVerifyRow *row) {
+    char text[256];
+    printf("%-4s  %-16s %-16s %8lld %12lld %10lld", row->failed ? "FAIL" : "ok", row->stage, row->buffer, (long long)row->launches,
+           (long long)row->cells, (long long)row->beyond);
+    if (row->worst.ulp > 0) printf(" %10.3g", row->worst.ulp);
+    putchar('\n');
+    if (row->problem[0]) printf("        %s\n", row->problem);
+    if (row->beyond == 0) return;
+    cell_text(&row->worst, text);
+    printf("        worst: %s\n        ulp up to:", text);
+    for (int b = 0; b < NPH_VERIFY_BINS; b++) printf("  %s: %lld", bins[b], (long long)row->histogram[b]);
+    putchar('\n');
+}
+
+static void print_text(const NphVerification *result) {
+    if (result->first >= 0)
+        printf("first beyond tolerance: %s, %s, batch %lld launch %lld\n\n", result->rows[result->first].stage,
+               result->rows[result->first].buffer, (long long)result->first_batch, (long long)result->first_number);
+    printf("      stage            buffer           launches        cells     beyond    largest ulp\n");
+    for (int r = 0; r < result->row_count; r++) print_row(&result->rows[r]);
+    printf("\n%s: %lld launches compared, %lld of them on the candidate's own inputs; %lld of the reference's are not in the candidate\n",
+           result->failed ? "FAILED" : "passed", (long long)result->launches, (long long)result->run_again, (long long)result->left_out);
+}
+
+static void json_row(NphJson *json, const NphVerifyRow *row) {
+    double index[NPH_MAX_RANK], histogram[NPH_VERIFY_BINS];
+    const NphVerifyCell *worst = &row->worst;
+    for (int a = 0; a < worst->rank; a++) index[a] = (double)worst->index[a];
+    for (int b = 0; b < NPH_VERIFY_BINS; b++) histogram[b] = (double)row->histogram[b];
+    nph_json_object(json, NULL);
+    nph_json_text(json, "stage", row->stage);
+    nph_json_text(json, "buffer", row->buffer);
+    nph_json_boolean(json, "failed", row->failed);
+    nph_json_text(json, "problem", row->problem[0] ? row->problem : NULL);
+    nph_json_integer(json, "launches", row->launches);
+    nph_json_integer(json, "cells", row->cells);
+    nph_json_integer(json, "beyond", row->beyond);
+    nph_json_numbers(json, "ulp_histogram", NPH_VERIFY_BINS, histogram);
+    nph_json_object(json, "worst");
+    nph_json_integer(json, "batch", worst->batch);
+    nph_json_integer(json, "number", worst->number);
+    nph_json_numbers(json, "index", worst->rank, index);
+    nph_json_number(json, "reference", worst->reference);
+    nph_json_number(json, "candidate", worst->candidate);
+    nph_json_number(json, "ulp", worst->ulp);
+    nph_json_number(json, "absolute", worst->absolute);
+    nph_json_number(json, "relative", worst->relative);
+    nph_json_close(json);
+    nph_json_close(json);
+}
+
+static void print_json(const NphVerification *result) {
+    NphJson json;
+    nph_json_begin(&json, nph_json_to_file, stdout);
+    nph_json_object(&json, NULL);
+    nph_json_boolean(&json, "failed", result->failed);
+    nph_json_integer(&json, "launches", result->launches);
+    nph_json_integer(&json, "on_the_candidates_inputs", result->run_again);
+    nph_json_integer(&json, "left_out", result->left_out);
+    nph_json_text(&json, "first_stage", result->first >= 0 ? result->rows[result->first].stage : NULL);
+    nph_json_text(&json, "first_buffer", result->first >= 0 ? result->rows[result->first].buffer : NULL);
+    if (result->first >= 0) {
+        nph_json_integer(&json, "first_batch", result->first_batch);
+        nph_json_integer(&json, "first_number", result->first_number);
+    }
+    nph_json_array(&json, "buffers");
+    for (int r = 0; r < result->row_count; r++) json_row(&json, &result->rows[r]);
+    nph_json_close(&json);
+    nph_json_close(&json);
+}
+
+static void xml_text(FILE *out, const char *text) {
+    for (; *text; text++) {
+        const char *name = *text == '&' ? "&amp;" : *text == '<' ? "&lt;" : *text == '>' ? "&gt;" : *text == '"' ? "&quot;" : NULL;
+        if (name) fputs(name, out);
+        else if ((unsigned char)*text >= ' ') fputc(*text, out);
+    }
+}
+
+/* A test case for each buffer of each stage. */
+static void write_junit(FILE *out, const NphVerification *result) {
+    int failures = 0;
+    for (int r = 0; r < result->row_count; r++) failures += result->rows[r].failed;
+    fprintf(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"nephos verify\" tests=\"%d\" failures=\"%d\">\n",
+            result->row_count, failures);
+    for (int r = 0; r < result->row_count; r++) {
+        const NphVerifyRow *row = &result->rows[r];
+        char text[256];
+        fputs("  <testcase classname=\"", out);
+        xml_text(out, row->stage);
+        fputs("\" name=\"", out);
+        xml_text(out, row->buffer[0] ? row->buffer : "launch");
+        fputs(row->failed ? "\"><failure message=\"" : "\"/>\n", out);
+        if (!row->failed) continue;
+        cell_text(&row->worst, text);
+        xml_text(out, row->problem[0] ? row->problem : text);
+        fprintf(out, "\">%lld of %lld cells are beyond the tolerance</failure></testcase>\n", (long long)row->beyond, (long long)row->cells);
+    }
+    fputs("</testsuite>\n", out);
+}
+
+static NphStatus report(VerifyCommand *verify, const NphVerification *result) {
+    if (verify->json) print_json(result);
+    else if (!verify->session.quiet) print_text(result);
+    if (verify->junit) {
+        FILE *out = fopen(verify->junit, "w");
+        int failed = !out;
+        if (out) write_junit(out, result);
+        if (out) failed = ferror(out) | fclose(out);
+        if (failed) return nph_error(verify->session.context, NPH_BAD_OUTPUT, "%s: cannot be written", verify->junit);
+    }
+    return result->failed ? NPH_DIFFERENT : NPH_OK;
+}
+
+static NphStatus verify_dumps(VerifyCommand *verify, const char *reference, const char *candidate) {
+    NphContext *context = verify->session.context;
+    NphScene *scene = NULL;
+    NphVerification result;
+    char name[4096];
+    if (verify->junit) NPH_TRY(check_writable(&verify->session, verify->junit));
+    if (!verify->options.whole_run) {
+        if (!verify->scene) NPH_TRY(nph_dump_scene_name(context, reference, name, sizeof name));
+        NPH_TRY(nph_scene_load(context, verify->scene ? verify->scene : name, &scene));
+    }
+    verify->options.scene = scene;
+    NphStatus status = nph_verify(context, reference, candidate, &verify->options, &result);
+    nph_scene_free(context, scene);
+    if (status != NPH_OK) return status;
+    status = report(verify, &result);
+    nph_verification_free(context, &result);
+    return status;
+}
+
+static NphStatus run(const Command *command, int argc, char **argv) {
+    VerifyCommand verify;
+    OptionTable table = {0};
+    TextList files = {0};
+    NphStatus status = NPH_OK;
+    memset(&verify, 0, sizeof verify);
+    nph_verify_options_default(&verify.options);
+    option_add(&table, (Option){.name = "whole-run", .kind = OPTION_FLAG, .target = &verify.options.whole_run,
+                                .meaning = "compare with the reference's own run, whatever inputs the candidate had"});
+    option_add(&table, (Option){.name = "scene", .kind = OPTION_TEXT, .target = &verify.scene, .value_name = "SCENE",
+                                .meaning = "of the reference, where its manifest's name for it leads nowhere"});
+    option_add(&table, (Option){.name = "ulp", .kind = OPTION_NUMBER, .target = &verify.options.ulp, .value_name = "N", .min = 0, .max = 1e18,
+                                .meaning = "units in the last place, of a value or of its row's largest one; default 64"});
+    option_add(&table, (Option){.name = "flips", .kind = OPTION_NUMBER, .target = &verify.options.flips, .value_name = "PART", .min = 0,
+                                .max = 1, .meaning = "part of a launch's decisions that rounding may turn over; default 0"});
+    option_add(&table, (Option){.name = "junit", .kind = OPTION_TEXT, .target = &verify.junit, .value_name = "FILE.xml",
+                                .meaning = "the outcome as JUnit's XML too"});
+    option_add(&table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &verify.json, .meaning = "as JSON on standard output"});
+    session_add_options(&table, &verify.session);
+    if (!command_begin(command, &table, argc, argv, &files, &status)) return status;
+    NPH_TRY(session_open(&verify.session, command->name));
+    return session_close(&verify.session, verify_dumps(&verify, files.items[0], files.items[1]));
+}
+
+const Command command_verify = {
+    .name = "verify",
+    .arguments = "REFERENCE CANDIDATE [options]",
+    .summary = "two dumps: the first stage and cell that differ",
+    .before = "Holds the dump CANDIDATE of a port against the dump REFERENCE (nephos render --dump). Each launch whose\n"
+              "manifest lists inputs is judged on those: the reference's stage is run again on them, so that one flipped\n"
+              "decision does not damn what follows. Items with an identity are matched by it. Exit status 0 means within the\n"
+              "tolerance, 1 anything else.\n",
+    .examples = "  nephos render cloud.yaml -o cloud.exr --spp 16 --crop 0,0,64,48 --dump reference\n"
+                "  nephos verify reference mine\n"
+                "  nephos verify reference mine --whole-run --junit verify.xml\n",
+    .files_min = 2,
+    .files_max = 2,
+    .run = run,
+};

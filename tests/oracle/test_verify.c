@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * Mistakes planted in a copy of a dump, and what verify says of them: the stage, the buffer, the cell. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "harness.h"
+#include "nephos/scene.h"
+#include "nephos/verify.h"
+#include "oracle/manifest.h"
+
+static const char scene_text[] =
+    "nephos: 1\ncamera: {type: perspective, resolution: [18, 9], position: [-2, -1.5, 1.2], look_at: [0.5, 0.5, 0.5], fov: 40}\n"
+    "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: hg, g: 0.8}}\n"
+    "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n  - {type: constant, radiance: 0.2}\n";
+
+static NphContext *context;
+static NphScene *scene;
+static const char *ours, *theirs;
+static NphManifest manifest; /* of theirs */
+
+static void shell(const char *format, const char *a, const char *b) {
+    char command[9000];
+    snprintf(command, sizeof command, format, a, b);
+    ck_assert_int_eq(system(command), 0);
+}
+
+static void dump(const char *folder, int precision) {
+    NphRenderOptions options;
+    NphDumpOptions what;
+    NphFilm *film = NULL;
+    nph_render_options_default(&options);
+    options.samples = 16;
+    options.precision = precision;
+    nph_dump_options_default(&what);
+    what.folder = folder;
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_OK);
+    nph_film_free(context, film);
+}
+
+static void begin(void) {
+    context = nph_test_context(1);
+    ck_assert_int_eq(nph_scene_parse(context, scene_text, strlen(scene_text), "test.yaml", ".", &scene), NPH_OK);
+    ours = nph_test_temporary("ours");
+    theirs = nph_test_temporary("theirs");
+    dump(ours, 32);
+    shell("cp -r '%s' '%s'", ours, theirs);
+    ck_assert_int_eq(nph_manifest_read(context, theirs, &manifest), NPH_OK);
+}
+
+static void end(void) {
+    nph_manifest_free(context, &manifest);
+    nph_scene_free(context, scene);
+    shell("rm -r '%s' '%s'", ours, theirs);
+    nph_test_context_close(context);
+}
+
+/* File of an output of the n-th launch of a stage, in theirs. */
+static const char *file_of(const char *stage, int n, const char *buffer, const NphManifestLaunch **out) {
+    static char path[4200];
+    for (int l = 0; l < manifest.launch_count; l++) {
+        const NphManifestLaunch *launch = &manifest.launches[l];
+        if (strcmp(launch->stage, stage) != 0 || n-- > 0) continue;
+        for (int o = 0; o < launch->output_count; o++)
+            if (strcmp(launch->outputs[o].buffer, buffer) == 0) snprintf(path, sizeof path, "%s%s", manifest.folder, launch->outputs[o].file);
+        if (out) *out = launch;
+        return path;
+    }
+    ck_abort_msg("no such launch");
+    return NULL;
+}
+
+static void verify(NphVerification *result, int whole_run) {
+    NphVerifyOptions options;
+    nph_verify_options_default(&options);
+    options.scene = whole_run ? NULL : scene;
+    options.whole_run = whole_run;
+    NphStatus status = nph_verify(context, ours, theirs, &options, result);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+}
+
+/* Both modes put the finger on the same launch. */
+static void expect(const char *stage, const char *buffer, const NphManifestLaunch *launch, int64_t row, int64_t item) {
+    for (int whole_run = 0; whole_run < 2; whole_run++) {
+        NphVerification result;
+        verify(&result, whole_run);
+        ck_assert_int_eq(result.failed, 1);
+        ck_assert_int_ge(result.first, 0);
+        const NphVerifyRow *first = &result.rows[result.first];
+        ck_assert_str_eq(first->stage, stage);
+        ck_assert_str_eq(first->buffer, buffer);
+        ck_assert_int_eq(result.first_batch, launch->batch);
+        ck_assert_int_eq(result.first_number, launch->number);
+        ck_assert_int_gt(first->beyond, 0);
+        if (item >= 0 && whole_run) {
+            ck_assert_int_eq(first->worst.index[0], row);
+            ck_assert_int_eq(first->worst.index[1], item);
+        }
+        nph_verification_free(context, &result);
+    }
+}
+
+static void change(const char *path, void (*mistake)(NphArray *)) {
+    NphArray array;
+    ck_assert_int_eq(nph_array_read_npy(context, path, &array), NPH_OK);
+    mistake(&array);
+    ck_assert_int_eq(nph_array_write_npy(context, path, &array), NPH_OK);
+    nph_array_free(context, &array);
+}
+
+START_TEST(a_dump_is_its_own_copy) {
+    begin();
+    for (int whole_run = 0; whole_run < 2; whole_run++) {
+        NphVerification result;
+        verify(&result, whole_run);
+        ck_assert_int_eq(result.failed, 0);
+        ck_assert_int_eq(result.first, -1);
+        ck_assert_int_eq(result.left_out, 0);
+        ck_assert_int_eq(result.launches, manifest.launch_count);
+        ck_assert_int_gt(result.row_count, 20);
+        for (int r = 0; r < result.row_count; r++) ck_assert_int_eq(result.rows[r].histogram[0], result.rows[r].cells);
+        nph_verification_free(context, &result);
+    }
+    end();
+}
+END_TEST
+
+static void swap_x_and_y(NphArray *array) {
+    float *x = array->data, *y = x + array->shape[1];
+    for (int64_t i = 0; i < array->shape[1]; i++) {
+        float kept = x[i];
+        x[i] = y[i];
+        y[i] = kept;
+    }
+}
+
+static void drop_a_factor(NphArray *array) {
+    float *light = array->data;
+    for (int64_t i = 0; i < array->shape[1]; i++) light[i] *= 12.566371f;
+}
+
+static void one_block_late(NphArray *array) {
+    float *distance = array->data;
+    memmove(distance + 64, distance, sizeof(float) * (size_t)(array->shape[0] - 64));
+}
+
+static float to_half(float x) {
+    float big = x * 8193.0f; /* 11 bits are left [Dekker's splitting] */
+    return big - (big - x);
+}
+
+static void store_halves(NphArray *array) {
+    float *value = array->data;
+    for (int64_t i = 0; i < nph_array_count(array); i++) value[i] = to_half(value[i]);
+}
+
+static void one_cell(NphArray *array) { ((float *)array->data)[2 * array->shape[1] + 17] *= 1.001f; }
+
+START_TEST(each_planted_mistake_is_located) {
+    static const struct {
+        const char *stage;
+        int launch;
+        const char *buffer;
+        void (*mistake)(NphArray *);
+        int row, item;
+    } mistakes[] = {
+        {"path.generate", 1, "path.ray", swap_x_and_y, 0, -1},
+        {"path.shadow", 0, "path.sample", drop_a_factor, 0, -1},
+        {"path.track", 2, "path.distance", one_block_late, 0, -1},
+        {"path.scatter", 1, "path.weight", store_halves, 0, -1},
+        {"path.scatter", 3, "path.ray", one_cell, 2, 17},
+    };
+    const NphManifestLaunch *launch = NULL;
+    begin();
+    change(file_of(mistakes[_i].stage, mistakes[_i].launch, mistakes[_i].buffer, &launch), mistakes[_i].mistake);
+    expect(mistakes[_i].stage, mistakes[_i].buffer, launch, mistakes[_i].row, mistakes[_i].item);
+    end();
+}
+END_TEST
+
+/* Reverses the last axis. */
+static void reverse(NphArray *array) {
+    size_t size = nph_type_size(array->type);
+    int64_t length = array->shape[array->rank - 1], rows = nph_array_count(array) / (length ? length : 1);
+    char kept[8];
+    for (int64_t r = 0; r < rows; r++)
+        for (int64_t i = 0; i < length / 2; i++) {
+            char *a = (char *)array->data + (size_t)(r * length + i) * size, *b = (char *)array->data + (size_t)(r * length + length - 1 - i) * size;
+            memcpy(kept, a, size);
+            memcpy(a, b, size);
+            memcpy(b, kept, size);
+        }
+}
+
+START_TEST(the_order_of_items_is_nobodys_business) {
+    const NphManifestLaunch *launch = NULL;
+    NphVerification result;
+    begin();
+    file_of("path.scatter", 1, "path.id", &launch);
+    for (int o = 0; o < launch->output_count; o++)
+        if (strcmp(launch->outputs[o].buffer, "path.sample") != 0)
+            change(file_of("path.scatter", 1, launch->outputs[o].buffer, NULL), reverse);
+    verify(&result, 1);
+    for (int r = 0; r < result.row_count; r++)
+        if (strcmp(result.rows[r].stage, "path.scatter") == 0) ck_assert_int_eq(result.rows[r].beyond, 0);
+    nph_verification_free(context, &result);
+    change(file_of("path.scatter", 1, "path.pdf", NULL), reverse); /* now in the order of nothing else */
+    expect("path.scatter", "path.pdf", launch, 0, -1);
+    end();
+}
+END_TEST
+
+static void move_an_item(NphArray *array) { ((int32_t *)array->data)[5] = ((int32_t *)array->data)[6]; }
+static void reverse_ids(NphArray *array) { reverse(array); }
+
+START_TEST(queues_are_sets_of_identities) {
+    const NphManifestLaunch *launch = NULL;
+    NphVerification result;
+    begin();
+    change(file_of("path.track", 1, "path.colliding", &launch), reverse_ids);
+    verify(&result, 1);
+    ck_assert_int_eq(result.failed, 0);
+    nph_verification_free(context, &result);
+    change(file_of("path.track", 1, "path.colliding", NULL), move_an_item);
+    expect("path.track", "path.colliding", launch, 0, -1);
+    end();
+}
+END_TEST
+
+START_TEST(missing_and_misshaped_buffers_are_named) {
+    const NphManifestLaunch *launch = NULL;
+    NphVerification result;
+    NphArray array;
+    int64_t shape[2] = {5, 7};
+    begin();
+    ck_assert_int_eq(nph_array_new(context, NPH_F32, 2, shape, "misshaped", &array), NPH_OK);
+    ck_assert_int_eq(nph_array_write_npy(context, file_of("path.track", 0, "path.weight", &launch), &array), NPH_OK);
+    nph_array_free(context, &array);
+    verify(&result, 1);
+    ck_assert_int_eq(result.failed, 1);
+    ck_assert_str_eq(result.rows[result.first].buffer, "path.weight");
+    ck_assert_ptr_nonnull(strstr(result.rows[result.first].problem, "f32 [5, 7], expected f32 [1, "));
+    nph_verification_free(context, &result);
+    end();
+}
+END_TEST
+
+/* f64 makes other decisions here and there; on its own inputs each stage is right within what f32 can tell. */
+START_TEST(one_flipped_decision_does_not_damn_what_follows) {
+    NphVerification alone, whole;
+    NphVerifyOptions options;
+    begin();
+    shell("rm -r '%s' && true '%s'", theirs, ours);
+    dump(theirs, 64);
+    nph_verify_options_default(&options);
+    options.scene = scene;
+    options.ulp = 1000;
+    options.flips = 0.002;
+    ck_assert_int_eq(nph_verify(context, ours, theirs, &options, &alone), NPH_OK);
+    if (alone.failed)
+        printf("    %s %s: %lld of %lld\n", alone.rows[alone.first].stage, alone.rows[alone.first].buffer,
+               (long long)alone.rows[alone.first].beyond, (long long)alone.rows[alone.first].cells);
+    ck_assert_int_eq(alone.failed, 0);
+    ck_assert_int_gt(alone.run_again, 20);
+    options.whole_run = 1;
+    ck_assert_int_eq(nph_verify(context, ours, theirs, &options, &whole), NPH_OK);
+    ck_assert_int_eq(whole.failed, 1);
+    nph_verification_free(context, &alone);
+    nph_verification_free(context, &whole);
+    end();
+}
+END_TEST
+
+static void fill(TCase *cases) {
+    tcase_add_test(cases, a_dump_is_its_own_copy);
+    tcase_add_loop_test(cases, each_planted_mistake_is_located, 0, 5);
+    tcase_add_test(cases, the_order_of_items_is_nobodys_business);
+    tcase_add_test(cases, queues_are_sets_of_identities);
+    tcase_add_test(cases, missing_and_misshaped_buffers_are_named);
+    tcase_add_test(cases, one_flipped_decision_does_not_damn_what_follows);
+}
+
+int main(void) { return nph_test_main("verify", fill); }
