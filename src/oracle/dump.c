@@ -443,7 +443,10 @@ NphStatus nph_dump(NphContext *context, const NphScene *scene, const char *scene
     NphStatus status = check_size(scene, options, what, &job, dump.method);
     if (status == NPH_OK) status = check_folder(context, what->folder);
     if (status == NPH_OK) status = nph_render_tapped(context, scene, options, &tap, film, statistics);
-    if (status == NPH_OK) status = write_manifest(&dump, &job, scene_name);
+    if (status == NPH_OK || status == NPH_INTERRUPTED) { /* what there is, is whole */
+        NphStatus written = write_manifest(&dump, &job, scene_name);
+        if (written != NPH_OK) status = written;
+    }
     close_dump(&dump);
     return status;
 }

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * render --dump, stage, verify, and the client examples/numpy: the commands of docs/oracle.md, in its order, from the source's root. */
+#include "cli/program.h"
+
+static char reference[600], mine[600], tracked[600];
+
+/* Where the commands of the page would be typed. */
+static void enter_root(void) {
+    const char *root = getenv("NEPHOS_SOURCE_ROOT");
+    ck_assert_int_eq(chdir(root ? root : "."), 0);
+    snprintf(reference, sizeof reference, "%s", file_of("reference"));
+    snprintf(mine, sizeof mine, "%s", file_of("mine"));
+    snprintf(tracked, sizeof tracked, "%s", file_of("tracked"));
+}
+
+static void remove_folders(void) {
+    char command[2000];
+    snprintf(command, sizeof command, "rm -rf '%s' '%s' '%s'", reference, mine, tracked);
+    ck_assert_int_eq(system(command), 0);
+}
+
+#define DUMP "render", "reference/scenes/cube_g070.yaml", "-q", "-o", file_of("cube.exr"), "--spp", "16", "--crop", "96,96,160,144"
+
+/* A Python with NumPy, or NULL. */
+static const char *python(void) {
+    static const char *const names[] = {"python3", "/usr/bin/python3"};
+    for (int i = 0; i < 2; i++) {
+        char command[128];
+        snprintf(command, sizeof command, "%s -c 'import numpy' 2>/dev/null", names[i]);
+        if (system(command) == 0) return names[i];
+    }
+    return NULL;
+}
+
+static int run_numpy(const char *mistake) {
+    char command[2000];
+    snprintf(command, sizeof command, "%s examples/numpy/track.py '%s' '%s' %s", python(), reference, mine, mistake);
+    return system(command);
+}
+
+START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
+    char path[700];
+    enter_root();
+    RUN_EXPECT(0, DUMP);
+    RUN_EXPECT(0, "render", "reference/scenes/cube_g070.yaml", "-q", "-o", file_of("plain.exr"), "--spp", "16", "--crop", "96,96,160,144");
+    RUN_EXPECT(0, DUMP, "--dump", reference);
+    ck_assert_msg(same_files(file_of("plain.exr"), file_of("cube.exr")), "the picture of a run that is dumped is another one");
+    RUN_EXPECT(5, DUMP, "--dump", reference);
+    const Ran *run = program_run((const char *const[]){"verify", reference, reference, NULL});
+    ck_assert_int_eq(run->status, 0);
+    ck_assert_ptr_nonnull(strstr(run->out, "passed: "));
+    RUN_EXPECT(0, "stage", "path.track", "--from", reference, "--launch", "5:1", "-o", tracked);
+    snprintf(path, sizeof path, "%s/000005/00001.path.distance.npy", reference);
+    char own[700];
+    snprintf(own, sizeof own, "%s/path.distance.npy", tracked);
+    ck_assert(same_files(path, own));
+    snprintf(path, sizeof path, "path.ray=%s/path.distance.npy", tracked);
+    run = program_run((const char *const[]){"stage", "path.track", "--from", reference, "--launch", "5:1", "--in", path, "-o", tracked, NULL});
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "input path.ray: 1 axes, expected [6][path]"));
+    RUN_EXPECT(4, "stage", "path.scatter", "--from", reference, "--launch", "5:1", "-o", tracked);
+    RUN_EXPECT(2, "stage", "path.track", "--from", reference, "-o", tracked);
+    RUN_EXPECT(2, "stage", "path.trak", "--scene", "reference/scenes/cube_g070.yaml", "-o", tracked);
+    RUN_EXPECT(2, "stage", "path.generate", "--scene", "reference/scenes/cube_g070.yaml", "--set", "tiel=3", "-o", tracked);
+    RUN_EXPECT(0, "stage", "path.generate", "--scene", "reference/scenes/cube_g070.yaml", "--spp", "16", "--set", "tile=136", "-q", "-o", tracked);
+    remove_folders();
+}
+END_TEST
+
+START_TEST(what_cannot_be_dumped_is_refused) {
+    enter_root();
+    RUN_EXPECT(6, DUMP, "--dump", reference, "--dump-limit", "1M");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "stage=path.trak");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3,4");
+    RUN_EXPECT(2, DUMP, "--dump-select", "stage=path.track");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "light");
+    ck_assert(!exists(reference));
+    write_text(reference, "a file");
+    RUN_EXPECT(5, DUMP, "--dump", reference);
+    RUN_EXPECT(4, "verify", reference, reference);
+    write_text(reference, "");
+    ck_assert_int_eq(unlink(reference), 0);
+    RUN_EXPECT(4, "verify", reference, reference);
+}
+END_TEST
+
+START_TEST(the_numpy_client_is_right_and_its_mistake_is_located) {
+    enter_root();
+    if (!python()) {
+        nph_test_skip("no Python with NumPy");
+        return;
+    }
+    RUN_EXPECT(0, DUMP, "--dump", reference);
+    ck_assert_int_eq(run_numpy(""), 0);
+    const Ran *run = program_run((const char *const[]){"verify", reference, mine, "--ulp", "8", NULL});
+    ck_assert_msg(run->status == 0, "%s%s", run->out, run->err);
+    ck_assert_ptr_nonnull(strstr(run->out, "passed: 288 launches compared, 288 of them on the candidate's own inputs; 888 of"));
+    char command[700];
+    snprintf(command, sizeof command, "rm -r '%s'", mine);
+    ck_assert_int_eq(system(command), 0);
+    ck_assert_int_eq(run_numpy("--mistake"), 0);
+    run = program_run((const char *const[]){"verify", reference, mine, "--junit", file_of("verify.xml"), NULL});
+    ck_assert_int_eq(run->status, 1);
+    ck_assert_ptr_nonnull(strstr(run->out, "first beyond tolerance: path.track, path.distance, batch 0 launch 5"));
+    snprintf(command, sizeof command, "grep -q '<testsuite name=\"nephos verify\" tests=\"5\" failures=\"4\">' '%s'", file_of("verify.xml"));
+    ck_assert_int_eq(system(command), 0);
+    run = program_run((const char *const[]){"verify", reference, mine, "--json", NULL});
+    ck_assert_int_eq(run->status, 1);
+    ck_assert_ptr_nonnull(strstr(run->out, "\"first_stage\": \"path.track\""));
+    remove_folders();
+}
+END_TEST
+
+static void fill(TCase *cases) {
+    tcase_add_test(cases, a_dump_is_verified_and_its_stages_run_alone);
+    tcase_add_test(cases, what_cannot_be_dumped_is_refused);
+    tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
+}
+
+int main(void) { return nph_test_main("cli_oracle", fill); }
