@@ -120,25 +120,32 @@ static NphStatus gather(Dump *dump, Worker *worker, const NphView *view, size_t 
     return NPH_OK;
 }
 
-/* Writes a buffer as it stands; worker->now[buffer] is then its file. */
+/* Writes a buffer as it stands; worker->now[buffer] is then its file: the one that held it before where nothing has changed. */
 static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index, const NphLaunch *launch, int buffer, int input) {
     NphView view;
-    Use *use = &worker->now[buffer];
+    Use *use = &worker->now[buffer], made = {.buffer = buffer};
     char path[4096];
     size_t bytes;
-    use->file[0] = 0;
-    if (!dump->method->view(state, index, buffer, &view)) return NPH_OK;
+    if (!dump->method->view(state, index, buffer, &view)) {
+        use->file[0] = 0;
+        return NPH_OK;
+    }
     NPH_TRY(gather(dump, worker, &view, &bytes));
+    made.rank = view.rank;
+    made.type = view.type;
+    memcpy(made.shape, view.shape, sizeof made.shape);
+    nph_digest_text(worker->scratch, bytes, made.digest);
+    if (use->file[0] && use->rank == made.rank && strcmp(use->digest, made.digest) == 0 &&
+        memcmp(use->shape, made.shape, sizeof made.shape) == 0)
+        return NPH_OK;
+    *use = made;
     worker->bytes += bytes + 128;
-    *use = (Use){.buffer = buffer, .rank = view.rank, .type = view.type};
-    memcpy(use->shape, view.shape, sizeof use->shape);
     snprintf(use->file, sizeof use->file, "%06lld/%05lld.%s%s.npy", (long long)launch->batch, (long long)launch->number,
              input ? "in." : "", dump->method->buffers[buffer].name);
     if (!dump->write) return NPH_OK;
     if (worker->bytes > dump->limit)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
                          "allow more (--dump-limit)", (double)dump->options->limit_bytes / 1048576.0);
-    nph_digest_text(worker->scratch, bytes, use->digest);
     snprintf(path, sizeof path, "%s/%s", dump->options->folder, use->file);
     NphArray array = {view.type, view.rank, {0}, worker->scratch};
     for (int a = 0; a < NPH_MAX_RANK; a++) array.shape[a] = a < view.rank ? view.shape[a] : 1;
@@ -174,8 +181,10 @@ static NphStatus after(void *user, void *state, int index, const NphLaunch *laun
     const NphStage *stage = &dump->method->stages[launch->stage];
     for (int b = 0; b < dump->method->buffer_count; b++) {
         if (!nph_stage_lists(stage->writes, dump->method->buffers[b].name)) continue;
-        worker->now[b].file[0] = 0;
-        if (!is_selected(dump, launch)) continue;
+        if (!is_selected(dump, launch)) {
+            worker->now[b].file[0] = 0;
+            continue;
+        }
         NPH_TRY(write_buffer(dump, worker, state, index, launch, b, 0));
         if (worker->now[b].file[0]) NPH_TRY(add_use(dump, worker, &worker->now[b], 0));
     }

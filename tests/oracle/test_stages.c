@@ -134,8 +134,10 @@ START_TEST(a_stage_given_its_own_inputs_writes_its_own_outputs) {
         nph_test_skip(why);
         return;
     }
+    int all = nph_test_statistics("stages alone in all scenes and f64");
     for (int s = 0; s < SCENES; s++)
-        for (int precision = 32; precision <= 64; precision += 32) replay(_i, scenes[s], precision);
+        for (int precision = 32; precision <= 64; precision += 32)
+            if (all || (precision == 32 && (s == 2 || s == 3))) replay(_i, scenes[s], precision); /* these two have every stage */
     for (int s = 0; s < method->stage_count; s++) {
         printf("    %s: %d launches\n", method->stages[s].name, replayed[_i][s]);
         ck_assert_msg(replayed[_i][s] > 0, "%s was never launched", method->stages[s].name);
