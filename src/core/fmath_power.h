@@ -20,7 +20,8 @@ typedef struct NphPair {
 /* a + b exactly */
 static inline NphPairf nph_exact_sumf(float a, float b) {
     float sum = a + b, from_b = sum - a;
-    return (NphPairf){sum, (a - (sum - from_b)) + (b - from_b)};
+    NphPairf pair = {sum, (a - (sum - from_b)) + (b - from_b)};
+    return pair;
 }
 
 static inline NphPair nph_exact_sum(double a, double b) {
@@ -32,7 +33,8 @@ static inline NphPair nph_exact_sum(double a, double b) {
 static inline NphPairf nph_exact_productf(float a, float b) {
     float ta = 4097.0f * a, ah = ta - (ta - a), al = a - ah, tb = 4097.0f * b, bh = tb - (tb - b), bl = b - bh;
     float product = a * b;
-    return (NphPairf){product, ((ah * bh - product) + ah * bl + al * bh) + al * bl};
+    NphPairf pair = {product, ((ah * bh - product) + ah * bl + al * bh) + al * bl};
+    return pair;
 }
 
 static inline NphPair nph_exact_product(double a, double b) {
@@ -121,7 +123,8 @@ static inline NphPair nph_log2_pair(double x) {
 /* x^y with the special cases of C99 annex F: 1 for y = 0 or x = 1 whatever the other is; NaN for a negative finite x and
  * a y that is no integer. |y| is limited where every x but 1 has long over- or underflowed. */
 static inline float nph_powf(float x, float y) {
-    float size = nph_absf(x), limited = y > 0x1p40f ? 0x1p40f : y < -0x1p40f ? -0x1p40f : y;
+    float size = nph_absf(x), limited = y > 1099511627776.0f ? 1099511627776.0f : y;
+    limited = limited < -1099511627776.0f ? -1099511627776.0f : limited; /* 2^40 */
     NphPairf logarithm = nph_log2_pairf(size), t = nph_exact_productf(limited, logarithm.high);
     t.low += limited * logarithm.low;
     float high = t.high > 200.0f ? 200.0f : t.high < -200.0f ? -200.0f : t.high;

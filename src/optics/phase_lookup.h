@@ -17,18 +17,30 @@ typedef struct RPhase {
     const NphPhaseHalf *half; /* of a table: two, from 0 degrees and from 180 */
 } RPhase;
 
-static inline RPhase r_phase(const NphPhase *phase) {
+/* Of any kind but a table. HG of g = 0 is isotropic: the same values and directions, to the bit. */
+static inline RPhase r_phase_of(int kind, double g0, double g1, double weight, double alpha) {
     RPhase out;
-    int isotropic = phase->kind == NPH_PHASE_HG && nph_abs(phase->g[0]) == 0.0; /* the same values and directions to the bit */
-    out.kind = isotropic ? (int)NPH_PHASE_ISOTROPIC : (int)phase->kind;
-    out.g0 = (Real)phase->g[0];
-    out.g1 = (Real)phase->g[1];
-    out.rest0 = (Real)(1.0 - nph_abs(phase->g[0]));
-    out.rest1 = (Real)(1.0 - nph_abs(phase->g[1]));
-    out.weight = (Real)phase->weight;
-    out.draine = r_draine(phase->g[0], phase->kind == NPH_PHASE_DRAINE ? phase->alpha : 0.0);
+    int isotropic = kind == (int)NPH_PHASE_HG && nph_abs(g0) == 0.0;
+    out.kind = isotropic ? (int)NPH_PHASE_ISOTROPIC : kind;
+    out.g0 = (Real)g0;
+    out.g1 = (Real)g1;
+    out.rest0 = (Real)(1.0 - nph_abs(g0));
+    out.rest1 = (Real)(1.0 - nph_abs(g1));
+    out.weight = (Real)weight;
+    out.draine = r_draine(g0, kind == (int)NPH_PHASE_DRAINE ? alpha : 0.0);
+    out.half = NULL;
+    return out;
+}
+
+static inline RPhase r_phase(const NphPhase *phase) {
+    RPhase out = r_phase_of((int)phase->kind, phase->g[0], phase->g[1], phase->weight, phase->alpha);
     out.half = phase->kind == NPH_PHASE_TABULATED ? phase->table->half : NULL;
     return out;
+}
+
+/* 1 + cos^2 = 2 - fall rise */
+R_INLINE Real r_rayleigh_value(RAngle angle) {
+    return R(0.059683103659460751) * (R(2.0) - angle.fall * angle.rise);
 }
 
 /* cos^3 + 3 cos = 8 u - 4 by Cardano's formula; then for the distance n = 1 - |cos| to the nearer pole one Newton step
@@ -54,8 +66,7 @@ R_INLINE Real r_phase_at(const RPhase *phase, RAngle angle) {
     if (phase->kind == NPH_PHASE_TWO_LOBE)
         return phase->weight * r_hg_value(phase->g0, phase->rest0, angle) +
                (R(1.0) - phase->weight) * r_hg_value(phase->g1, phase->rest1, angle);
-    if (phase->kind == NPH_PHASE_RAYLEIGH) /* 1 + cos^2 = 2 - fall rise */
-        return R(0.059683103659460751) * (R(2.0) - angle.fall * angle.rise);
+    if (phase->kind == NPH_PHASE_RAYLEIGH) return r_rayleigh_value(angle);
     if (phase->kind == NPH_PHASE_DRAINE) return r_draine_value(&phase->draine, phase->g0, phase->rest0, angle);
     if (phase->kind == NPH_PHASE_TABULATED) return r_phase_table_value(phase->half, angle);
     return NPH_BUG(4) ? R(1.0) : R(0.079577471545947668);
