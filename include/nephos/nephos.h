@@ -14,5 +14,6 @@
 #include "nephos/film.h"
 #include "nephos/render.h"
 #include "nephos/compare.h"
+#include "nephos/flip.h"
 
 #endif
