@@ -33,6 +33,7 @@ typedef struct NphCompareLevel {
     int worst_x, worst_y, worst_size;  /* its region */
     char worst_channel[8];             /* "R", "G", "B"; "RGB" when the pictures are grey */
     double worst_difference;           /* relative to the image's mean */
+    NphVerdict verdict;                /* of this level alone */
 } NphCompareLevel;
 
 typedef struct NphComparison {

@@ -14,6 +14,7 @@
 #include "nephos/film.h"
 #include "nephos/render.h"
 #include "nephos/compare.h"
+#include "nephos/flip.h"
 #include "nephos/stage.h"
 #include "nephos/verify.h"
 

@@ -15,7 +15,7 @@
 /* Everything the verdict is drawn from. */
 typedef struct Case {
     const NphCompareOptions *options;
-    NphPair pair;
+    NphPicturePair pair;
     NphHistogram histogram;
     int level_count;
     NphLevelTask tasks[3];
@@ -129,6 +129,11 @@ static int is_undecided(const Case *judged, int level) {
     return judged->findings[level].undecided.channel >= 0;
 }
 
+static NphVerdict verdict_of_level(const Case *judged, int level) {
+    if (judged->findings[level].different.channel >= 0) return NPH_NOT_SAME;
+    return is_undecided(judged, level) ? NPH_INCONCLUSIVE : NPH_SAME;
+}
+
 static int draw_inconclusive(const Case *judged, NphComparison *comparison) {
     int undecided = -1;
     for (int i = 0; i < judged->level_count; i++) {
@@ -178,7 +183,7 @@ static void draw_same(const Case *judged, NphComparison *comparison) {
 
 /* The case without usable variances. */
 static int draw_without_noise(const Case *judged, NphComparison *comparison) {
-    const NphPair *pair = &judged->pair;
+    const NphPicturePair *pair = &judged->pair;
     char text[160];
     if (pair->identical == pair->pixels) {
         add(comparison, "every pixel is equal");
@@ -206,7 +211,7 @@ static int draw_without_noise(const Case *judged, NphComparison *comparison) {
     return 1;
 }
 
-static void fill_means(const NphPair *pair, NphComparison *comparison) {
+static void fill_means(const NphPicturePair *pair, NphComparison *comparison) {
     for (int c = 0; c < 3; c++) {
         double a = 0.0, b = 0.0;
         for (int64_t i = 0; i < pair->pixels; i++) {
@@ -239,6 +244,7 @@ static NphStatus judge_levels(NphContext *context, Case *judged, NphComparison *
     for (int i = 0; i < judged->level_count; i++) {
         NPH_TRY(nph_level_judge(context, &judged->pair, &judged->tasks[i], &judged->findings[i]));
         comparison->levels[i] = judged->findings[i].level;
+        comparison->levels[i].verdict = verdict_of_level(judged, i);
     }
     comparison->level_count = judged->level_count;
     double scale = nph_pair_scale(&judged->pair);

@@ -18,7 +18,7 @@ static const double forgiveness = 0.1;
 
 static const char *const channel_names[3] = {"R", "G", "B"};
 
-static NphRect tile_rect(const NphPair *pair, int size, int across, int down, int index) {
+static NphRect tile_rect(const NphPicturePair *pair, int size, int across, int down, int index) {
     NphRect rect = {.size = size};
     nph_region_span(index % across, across, size, pair->width, &rect.x0, &rect.x1);
     nph_region_span(index / across, down, size, pair->height, &rect.y0, &rect.y1);
@@ -69,7 +69,7 @@ static double equivalent_z(const NphEvidence *evidence) {
     return evidence->p_equal < 1.0 ? -nph_normal_quantile(0.5 * evidence->p_equal) : 0.0;
 }
 
-static void name_worst(const NphPair *pair, const NphFinding *worst, NphCompareLevel *level) {
+static void name_worst(const NphPicturePair *pair, const NphFinding *worst, NphCompareLevel *level) {
     double scale = nph_pair_scale(pair);
     level->worst_z = equivalent_z(&worst->evidence);
     level->worst_x = pair->x0 + worst->rect.x0;
@@ -81,7 +81,7 @@ static void name_worst(const NphPair *pair, const NphFinding *worst, NphCompareL
 }
 
 /* Weighs every region and channel, in this order. */
-static void weigh_all(const NphPair *pair, const NphLevelTask *task, NphEvidence *evidence) {
+static void weigh_all(const NphPicturePair *pair, const NphLevelTask *task, NphEvidence *evidence) {
     int across = nph_regions_along(pair->width, task->size), down = nph_regions_along(pair->height, task->size);
     for (int i = 0; i < across * down; i++) {
         NphRect rect = tile_rect(pair, task->size, across, down, i);
@@ -109,7 +109,7 @@ static void judge_region(const NphLevelTask *task, double threshold, NphFinding 
     }
 }
 
-static void judge_all(const NphPair *pair, const NphLevelTask *task, const NphEvidence *evidence, double threshold,
+static void judge_all(const NphPicturePair *pair, const NphLevelTask *task, const NphEvidence *evidence, double threshold,
                       NphLevelFindings *findings) {
     int across = nph_regions_along(pair->width, task->size), down = nph_regions_along(pair->height, task->size);
     NphFinding worst = {.channel = -1};
@@ -130,7 +130,7 @@ static void judge_all(const NphPair *pair, const NphLevelTask *task, const NphEv
     findings->more_samples = samples_wanted(&findings->undecided.evidence, task->alpha_same);
 }
 
-NphStatus nph_level_judge(NphContext *context, const NphPair *pair, const NphLevelTask *task,
+NphStatus nph_level_judge(NphContext *context, const NphPicturePair *pair, const NphLevelTask *task,
                           NphLevelFindings *findings) {
     int across = nph_regions_along(pair->width, task->size), down = nph_regions_along(pair->height, task->size);
     size_t count = (size_t)across * (size_t)down * (size_t)pair->channels;

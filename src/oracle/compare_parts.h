@@ -27,7 +27,7 @@ typedef struct NphPicture {
     double samples_everywhere; /* from the attribute "samples" where there is no plane N; 0: unknown */
 } NphPicture;
 
-typedef struct NphPair {
+typedef struct NphPicturePair {
     NphPicture a, b;
     int x0, y0, width, height;
     int channels;          /* 1: grey, the three channels are one hypothesis; else 3 */
@@ -37,18 +37,21 @@ typedef struct NphPair {
     int paired;            /* same scene and seed: the noise is correlated */
     int64_t pixels, identical;
     double luminance_a, luminance_b; /* means over the picture */
-} NphPair;
+} NphPicturePair;
 
 /* Validates and gathers; a and b must outlive the pair. */
-NphStatus nph_pair_read(NphContext *context, const NphImage *a, const NphImage *b, NphPair *pair);
+NphStatus nph_pair_read(NphContext *context, const NphImage *a, const NphImage *b, NphPicturePair *pair);
 
 /* What differences are reported relative to: B's luminance; A's where B is black, 1 where both are. */
-double nph_pair_scale(const NphPair *pair);
+double nph_pair_scale(const NphPicturePair *pair);
 
 static inline double nph_pixel_luminance(const NphPicture *picture, int64_t i) {
     return NPH_LUMINANCE_R * (double)picture->value[0][i] + NPH_LUMINANCE_G * (double)picture->value[1][i] +
            NPH_LUMINANCE_B * (double)picture->value[2][i];
 }
+
+/* Puts the value of rank `rank` (from 0) at its place, smaller ones before it (Hoare's selection). */
+void nph_select_rank(double *values, int64_t count, int64_t rank);
 
 /* Fewer whole images than this say nothing about their own spread. */
 enum { NPH_IMAGES_LEAST = 32 };
@@ -58,7 +61,7 @@ enum { NPH_IMAGES_LEAST = 32 };
 typedef struct NphPixelNoise {
     double own, own_spread, pooled, pooled_spread;
 } NphPixelNoise;
-NphPixelNoise nph_pixel_noise(const NphPair *pair, int channel, int64_t pixel);
+NphPixelNoise nph_pixel_noise(const NphPicturePair *pair, int channel, int64_t pixel);
 /* Samples of a pixel, 0 when unknown. */
 double nph_pixel_samples(const NphPicture *picture, int64_t pixel);
 
@@ -80,7 +83,7 @@ typedef struct NphEvidence {
 } NphEvidence;
 
 /* margin: relative to the larger of the region's luminance in B and a tenth of the picture's. */
-void nph_region_weigh(const NphPair *pair, NphRect rect, int channel, double margin, NphEvidence *evidence);
+void nph_region_weigh(const NphPicturePair *pair, NphRect rect, int channel, double margin, NphEvidence *evidence);
 
 /* A region worth naming. channel < 0: none. */
 typedef struct NphFinding {
@@ -107,7 +110,7 @@ typedef struct NphLevelFindings {
 } NphLevelFindings;
 
 /* Holm's test over all regions x channels of a level, and the equivalence test of each. */
-NphStatus nph_level_judge(NphContext *context, const NphPair *pair, const NphLevelTask *task,
+NphStatus nph_level_judge(NphContext *context, const NphPicturePair *pair, const NphLevelTask *task,
                           NphLevelFindings *findings);
 
 /* One test of the histogram of the pixels' z. */
@@ -116,10 +119,10 @@ typedef struct NphHistogram {
     double p;               /* 1 when not tested */
     double dispersion;      /* mean z^2 over its expectation: 1 when the error bars are right */
 } NphHistogram;
-void nph_pixels_histogram(const NphPair *pair, NphHistogram *histogram);
+void nph_pixels_histogram(const NphPicturePair *pair, NphHistogram *histogram);
 
 /* relative_bias, relative_rmse, noise_rmse, percentile_99, largest. */
-NphStatus nph_pixels_metrics(NphContext *context, const NphPair *pair, NphComparison *comparison);
-NphStatus nph_pixels_map(NphContext *context, const NphPair *pair, NphImage *z_map);
+NphStatus nph_pixels_metrics(NphContext *context, const NphPicturePair *pair, NphComparison *comparison);
+NphStatus nph_pixels_map(NphContext *context, const NphPicturePair *pair, NphImage *z_map);
 
 #endif

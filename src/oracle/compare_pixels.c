@@ -44,7 +44,7 @@ static int bin_of(double z, double dof, Edges *edges) {
 
 /* Adds pixel i of a channel. Student's t has N_A + N_B - 2 degrees of freedom, exact for Gaussian samples of equal
  * number and variance, and a mean square of dof / (dof - 2). */
-static void tally_pixel(const NphPair *pair, int channel, int64_t i, Tally *tally) {
+static void tally_pixel(const NphPicturePair *pair, int channel, int64_t i, Tally *tally) {
     double na = nph_pixel_samples(&pair->a, i), nb = nph_pixel_samples(&pair->b, i);
     double va = pair->a.variance[channel][i], vb = pair->b.variance[channel][i], variance = va + vb;
     double d = (double)pair->a.value[channel][i] - (double)pair->b.value[channel][i];
@@ -68,7 +68,7 @@ static void tally_pixel(const NphPair *pair, int channel, int64_t i, Tally *tall
 /* Where the test would reject equal pictures: why, else NULL. Equal samples and noise: else skewness does not cancel in
  * the difference. The last bound: the tails of the samples bend the probabilities of bins by about their excess
  * kurtosis over N, which is Vov - 2 / N; the test sees what is larger than 1 / sqrt(pixels). */
-static const char *why_not(const NphPair *pair, int channel, const Tally *tally) {
+static const char *why_not(const NphPicturePair *pair, int channel, const Tally *tally) {
     double noisy = (double)tally->noisy;
     if (pair->a.shared || pair->b.shared) return "pixels share samples";
     if (pair->paired) return "the pictures share their random numbers";
@@ -82,7 +82,7 @@ static const char *why_not(const NphPair *pair, int channel, const Tally *tally)
     return NULL;
 }
 
-void nph_pixels_histogram(const NphPair *pair, NphHistogram *histogram) {
+void nph_pixels_histogram(const NphPicturePair *pair, NphHistogram *histogram) {
     int channel = pair->channels == 1 ? 0 : 1; /* one channel: the noise of the three is correlated */
     int64_t count = pair->pixels < PIXELS_MOST ? pair->pixels : PIXELS_MOST;
     Tally tally = {0};
@@ -100,8 +100,7 @@ void nph_pixels_histogram(const NphPair *pair, NphHistogram *histogram) {
     histogram->dispersion = tally.z2 / tally.expected_z2;
 }
 
-/* Puts the value of rank `rank` (from 0) at its place, smaller ones before it (Hoare's selection). */
-static void select_rank(double *values, int64_t count, int64_t rank) {
+void nph_select_rank(double *values, int64_t count, int64_t rank) {
     int64_t low = 0, high = count - 1;
     while (low < high) {
         double pivot = values[low + (high - low) / 2];
@@ -121,7 +120,7 @@ static void select_rank(double *values, int64_t count, int64_t rank) {
 }
 
 /* Variance of a pixel's luminance difference with fully correlated channels: an upper bound. */
-static double luminance_variance(const NphPair *pair, int64_t i) {
+static double luminance_variance(const NphPicturePair *pair, int64_t i) {
     static const double weight[3] = {NPH_LUMINANCE_R, NPH_LUMINANCE_G, NPH_LUMINANCE_B};
     double deviation_a = 0.0, deviation_b = 0.0;
     for (int c = 0; c < 3; c++) {
@@ -131,7 +130,7 @@ static double luminance_variance(const NphPair *pair, int64_t i) {
     return deviation_a * deviation_a + deviation_b * deviation_b;
 }
 
-NphStatus nph_pixels_metrics(NphContext *context, const NphPair *pair, NphComparison *comparison) {
+NphStatus nph_pixels_metrics(NphContext *context, const NphPicturePair *pair, NphComparison *comparison) {
     double *sizes = NULL;
     NPH_TRY(NPH_NEW(context, pair->pixels, "differences of a comparison", &sizes));
     double square = 0.0, noise = 0.0, largest = 0.0, count = (double)pair->pixels;
@@ -143,7 +142,7 @@ NphStatus nph_pixels_metrics(NphContext *context, const NphPair *pair, NphCompar
         sizes[i] = fabs(d);
     }
     int64_t rank = pair->pixels - 1 - pair->pixels / 100;
-    select_rank(sizes, pair->pixels, rank);
+    nph_select_rank(sizes, pair->pixels, rank);
     double scale = nph_pair_scale(pair);
     comparison->relative_bias = (pair->luminance_a - pair->luminance_b) / scale;
     comparison->relative_rmse = sqrt(square / count) / scale;
@@ -154,7 +153,7 @@ NphStatus nph_pixels_metrics(NphContext *context, const NphPair *pair, NphCompar
     return NPH_OK;
 }
 
-static float map_value(const NphPair *pair, int channel, int64_t i) {
+static float map_value(const NphPicturePair *pair, int channel, int64_t i) {
     double d = (double)pair->a.value[channel][i] - (double)pair->b.value[channel][i];
     double variance = 0.0;
     if (pair->has_variance) variance = (double)pair->a.variance[channel][i] + (double)pair->b.variance[channel][i];
@@ -163,7 +162,7 @@ static float map_value(const NphPair *pair, int channel, int64_t i) {
     return (float)(z > NPH_Z_MOST ? NPH_Z_MOST : z < -NPH_Z_MOST ? -NPH_Z_MOST : z);
 }
 
-NphStatus nph_pixels_map(NphContext *context, const NphPair *pair, NphImage *z_map) {
+NphStatus nph_pixels_map(NphContext *context, const NphPicturePair *pair, NphImage *z_map) {
     static const char *const names[3] = {"Z.R", "Z.G", "Z.B"};
     NphImage map;
     NPH_TRY(nph_image_new(context, pair->width, pair->height, &map));

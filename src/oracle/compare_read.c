@@ -127,7 +127,7 @@ static int is_few_images(const NphPicture *picture, int64_t i) {
     return picture->shared && nph_pixel_samples(picture, i) < NPH_IMAGES_LEAST;
 }
 
-static void scan_pixels(NphPair *pair) {
+static void scan_pixels(NphPicturePair *pair) {
     double sum_a = 0.0, sum_b = 0.0;
     pair->unusable = -1;
     for (int64_t i = 0; i < pair->pixels; i++) {
@@ -145,13 +145,13 @@ static void scan_pixels(NphPair *pair) {
     pair->luminance_b = sum_b / (double)pair->pixels;
 }
 
-double nph_pair_scale(const NphPair *pair) {
+double nph_pair_scale(const NphPicturePair *pair) {
     if (pair->luminance_b != 0.0) return fabs(pair->luminance_b);
     return pair->luminance_a != 0.0 ? fabs(pair->luminance_a) : 1.0;
 }
 
-NphStatus nph_pair_read(NphContext *context, const NphImage *a, const NphImage *b, NphPair *pair) {
-    NphPair made = {.x0 = a->x0, .y0 = a->y0, .width = a->width, .height = a->height};
+NphStatus nph_pair_read(NphContext *context, const NphImage *a, const NphImage *b, NphPicturePair *pair) {
+    NphPicturePair made = {.x0 = a->x0, .y0 = a->y0, .width = a->width, .height = a->height};
     if (a->width != b->width || a->height != b->height) {
         return nph_error(context, NPH_BAD_INPUT, "picture A has %d x %d pixels, B %d x %d; only equal sizes compare",
                          a->width, a->height, b->width, b->height);

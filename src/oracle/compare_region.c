@@ -57,7 +57,7 @@ static Noise pixel_noise(const NphPicture *picture, int channel, int64_t pixel) 
     return noise_of(picture->variance[channel], picture->vov[channel], pixel, samples);
 }
 
-NphPixelNoise nph_pixel_noise(const NphPair *pair, int channel, int64_t pixel) {
+NphPixelNoise nph_pixel_noise(const NphPicturePair *pair, int channel, int64_t pixel) {
     return join_noise(pixel_noise(&pair->a, channel, pixel), pixel_noise(&pair->b, channel, pixel));
 }
 
@@ -100,7 +100,7 @@ static Noise region_noise(const NphPicture *picture, NphRect rect, int64_t first
 
 /* A picture whose pixels share samples brings the noise of the region. Against one whose pixels do not, the samples are
  * different things: nothing is pooled, and exchanging them is no symmetry. */
-static void add_region_noise(const NphPair *pair, NphRect rect, int channel, Sums *sums) {
+static void add_region_noise(const NphPicturePair *pair, NphRect rect, int channel, Sums *sums) {
     int64_t first = (int64_t)rect.y0 * pair->width + rect.x0;
     Noise none = {0}, a = none, b = none;
     if (pair->a.shared) a = region_noise(&pair->a, rect, first, channel, sums->count);
@@ -109,7 +109,7 @@ static void add_region_noise(const NphPair *pair, NphRect rect, int channel, Sum
     add_noise(a, b, sums->a - sums->b, sums);
 }
 
-static Sums add_up(const NphPair *pair, NphRect rect, int channel) {
+static Sums add_up(const NphPicturePair *pair, NphRect rect, int channel) {
     Sums sums = {0};
     const float *a = pair->a.value[channel], *b = pair->b.value[channel];
     Noise none = {0};
@@ -171,7 +171,7 @@ static void test_noise(const Sums *sums, NphEvidence *evidence) {
 
 /* The standard error from the scatter of the region's pixel differences about their mean: what is left of the noise
  * when both pictures drew the same random numbers. */
-static void test_pairs(const NphPair *pair, NphRect rect, int channel, double count, NphEvidence *evidence) {
+static void test_pairs(const NphPicturePair *pair, NphRect rect, int channel, double count, NphEvidence *evidence) {
     const float *a = pair->a.value[channel], *b = pair->b.value[channel];
     double second = 0.0, fourth = 0.0;
     for (int y = rect.y0; y < rect.y1; y++) {
@@ -188,7 +188,7 @@ static void test_pairs(const NphPair *pair, NphRect rect, int channel, double co
     test(evidence);
 }
 
-void nph_region_weigh(const NphPair *pair, NphRect rect, int channel, double margin, NphEvidence *evidence) {
+void nph_region_weigh(const NphPicturePair *pair, NphRect rect, int channel, double margin, NphEvidence *evidence) {
     Sums sums = add_up(pair, rect, channel);
     double luminance = fabs(sums.luminance_b) / sums.count, floor = dark_tile * fabs(pair->luminance_b);
     *evidence = (NphEvidence){.difference = (sums.a - sums.b) / sums.count};

@@ -48,23 +48,62 @@ static void put_channels(const NphComparison *comparison, NphLineFn line, void *
     line(user, text);
 }
 
+/* "G at (16, 0), 104 wide: +0.21% of the image's luminance" */
+static const char *worst_words(const NphCompareLevel *level, char text[NPH_LEVEL_WORDS]) {
+    snprintf(text, NPH_LEVEL_WORDS, "%s at (%d, %d), %d wide: %s of the image's luminance", level->worst_channel,
+             level->worst_x, level->worst_y, level->worst_size, percent(level->worst_difference, 1).text);
+    return text;
+}
+
+const char *nph_level_words(const NphCompareLevel *level, char text[NPH_LEVEL_WORDS]) {
+    char worst[NPH_LEVEL_WORDS], z[NPH_DOUBLE_TEXT];
+    snprintf(text, NPH_LEVEL_WORDS, "%d of %d regions different, %d shown same, largest |z| %s: %.160s", level->different,
+             level->regions, level->same, nph_format_rounded(level->worst_z, 3, z), worst_words(level, worst));
+    return text;
+}
+
 static void put_levels(const NphComparison *comparison, NphLineFn line, void *user) {
-    char text[LINE], z[NPH_DOUBLE_TEXT];
+    char text[LINE], z[NPH_DOUBLE_TEXT], worst[NPH_LEVEL_WORDS];
     if (comparison->level_count == 0) return;
     snprintf(text, sizeof text, "%-15s%9s%11s%12s%13s  worst region", "level", "regions", "different", "shown same",
              "largest |z|");
     line(user, text);
     for (int i = 0; i < comparison->level_count; i++) {
         const NphCompareLevel *level = &comparison->levels[i];
-        snprintf(text, sizeof text, "%-15s%9d%11d%12d%13s  %s at (%d, %d), %d wide: %s of the image's luminance",
-                 level->name, level->regions, level->different, level->same,
-                 nph_format_rounded(level->worst_z, 3, z), level->worst_channel, level->worst_x, level->worst_y,
-                 level->worst_size, percent(level->worst_difference, 1).text);
+        snprintf(text, sizeof text, "%-15s%9d%11d%12d%13s  %s", level->name, level->regions, level->different,
+                 level->same, nph_format_rounded(level->worst_z, 3, z), worst_words(level, worst));
         line(user, text);
     }
 }
 
-void nph_comparison_text(const NphComparison *comparison, NphLineFn line, void *user) {
+static const char *kind_name(NphFlipKind kind) { return kind == NPH_FLIP_LDR ? "LDR" : "HDR"; }
+
+/* "3 exposures from -1.9 to +0.64 stops, " */
+static const char *exposure_words(const NphFlip *flip, char *text, size_t size) {
+    char number[2][NPH_DOUBLE_TEXT];
+    const char *start = nph_format_rounded(flip->start_stops, 3, number[0]);
+    text[0] = 0;
+    if (flip->exposures == 1) snprintf(text, size, "one exposure of %s stops, ", start);
+    if (flip->exposures > 1)
+        snprintf(text, size, "%d exposures from %s to %s stops, ", flip->exposures, start,
+                 nph_format_rounded(flip->stop_stops, 3, number[1]));
+    return text;
+}
+
+static void put_flip(const NphFlip *flip, NphLineFn line, void *user) {
+    char text[LINE], number[4][NPH_DOUBLE_TEXT], noise[128], exposures[128];
+    snprintf(noise, sizeof noise, "%s%s", flip->noise_unknown ? "unknown: " : "",
+             flip->noise_unknown ? flip->noise_unknown : nph_format_rounded(flip->noise_mean, 3, number[0]));
+    snprintf(text, sizeof text,
+             "%s-FLIP       mean %s (noise alone: %s), largest %s at (%d, %d); %s%s pixels per degree", kind_name(flip->kind),
+             nph_format_rounded(flip->mean, 3, number[1]), noise, nph_format_rounded(flip->largest, 3, number[2]),
+             flip->largest_x, flip->largest_y, exposure_words(flip, exposures, sizeof exposures),
+             nph_format_rounded(flip->pixels_per_degree, 6, number[3]));
+    line(user, text);
+}
+
+void nph_comparison_text(NphReport report, NphLineFn line, void *user) {
+    const NphComparison *comparison = report.comparison;
     char text[LINE], p[NPH_DOUBLE_TEXT];
     snprintf(text, sizeof text, "%s: %s", nph_verdict_name(comparison->verdict), comparison->reason);
     line(user, text);
@@ -88,6 +127,7 @@ void nph_comparison_text(const NphComparison *comparison, NphLineFn line, void *
                  nph_format_rounded(comparison->pixel_histogram_p, 2, p));
     }
     line(user, text);
+    if (report.flip) put_flip(report.flip, line, user);
 }
 
 static void put_level_json(const NphCompareLevel *level, NphJson *json) {
@@ -102,10 +142,32 @@ static void put_level_json(const NphCompareLevel *level, NphJson *json) {
     nph_json_integer(json, "worst_size", level->worst_size);
     nph_json_text(json, "worst_channel", level->worst_channel);
     nph_json_number(json, "worst_difference", level->worst_difference);
+    nph_json_text(json, "verdict", nph_verdict_name(level->verdict));
     nph_json_close(json);
 }
 
-void nph_comparison_json(const NphComparison *comparison, NphJson *json, const char *key) {
+static void put_flip_json(const NphFlip *flip, NphJson *json) {
+    nph_json_object(json, "flip");
+    nph_json_text(json, "kind", kind_name(flip->kind));
+    nph_json_number(json, "mean", flip->mean);
+    if (flip->noise_unknown) {
+        nph_json_text(json, "noise_mean", NULL);
+        nph_json_text(json, "noise_unknown", flip->noise_unknown);
+    } else {
+        nph_json_number(json, "noise_mean", flip->noise_mean);
+    }
+    nph_json_number(json, "largest", flip->largest);
+    nph_json_integer(json, "largest_x", flip->largest_x);
+    nph_json_integer(json, "largest_y", flip->largest_y);
+    nph_json_integer(json, "exposures", flip->exposures);
+    nph_json_number(json, "start_stops", flip->start_stops);
+    nph_json_number(json, "stop_stops", flip->stop_stops);
+    nph_json_number(json, "pixels_per_degree", flip->pixels_per_degree);
+    nph_json_close(json);
+}
+
+void nph_comparison_json(NphReport report, NphJson *json, const char *key) {
+    const NphComparison *comparison = report.comparison;
     nph_json_object(json, key);
     nph_json_text(json, "verdict", nph_verdict_name(comparison->verdict));
     nph_json_text(json, "reason", comparison->reason);
@@ -130,5 +192,6 @@ void nph_comparison_json(const NphComparison *comparison, NphJson *json, const c
     } else {
         nph_json_number(json, "pixel_histogram_p", comparison->pixel_histogram_p);
     }
+    if (report.flip) put_flip_json(report.flip, json);
     nph_json_close(json);
 }

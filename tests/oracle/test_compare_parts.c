@@ -110,7 +110,7 @@ START_TEST(the_evidence_of_a_region_is_the_formula) {
             synthetic_plane(&a, synthetic_names[c][2])[i] = 0.5f;
         }
     }
-    NphPair pair;
+    NphPicturePair pair;
     NphEvidence evidence;
     ck_assert_int_eq(nph_pair_read(context, &a, &b, &pair), NPH_OK);
     nph_region_weigh(&pair, (NphRect){0, 0, 2, 2, 0}, 0, 0.1, &evidence);
@@ -140,7 +140,7 @@ END_TEST
  * 2, so the standard error is 0.02 / sqrt(15), and the fourth moment that of two points: the floor 2 / 15 of Vov. */
 START_TEST(the_evidence_of_pairs_is_the_formula_at_the_price_of_two_tests) {
     NphImage a = flat(4, 4, 1.0, 4.0), b = flat(4, 4, 1.0, 4.0);
-    NphPair pair;
+    NphPicturePair pair;
     NphEvidence evidence;
     for (int i = 0; i < 16; i++) synthetic_plane(&a, "R")[i] = i % 2 ? 1.03f : 0.99f;
     mark_paired(&a, &b);
