@@ -7,6 +7,7 @@
 #include "cli/session.h"
 #include "core/json.h"
 #include "core/message.h"
+#include "core/xml.h"
 #include "nephos/verify.h"
 
 typedef struct VerifyCommand {
@@ -97,13 +98,7 @@ static void print_json(const NphVerification *result) {
     nph_json_close(&json);
 }
 
-static void xml_text(FILE *out, const char *text) {
-    for (; *text; text++) {
-        const char *name = *text == '&' ? "&amp;" : *text == '<' ? "&lt;" : *text == '>' ? "&gt;" : *text == '"' ? "&quot;" : NULL;
-        if (name) fputs(name, out);
-        else if ((unsigned char)*text >= ' ') fputc(*text, out);
-    }
-}
+static void xml_text(FILE *out, const char *text) { nph_xml_text(nph_json_to_file, out, text); }
 
 /* A test case for each buffer of each stage. */
 static void write_junit(FILE *out, const NphVerification *result) {
