@@ -294,7 +294,8 @@ static void json_launches(NphJson *json, const Dump *dump, const Record *records
     for (int r = 0; r < count; r++) {
         const NphLaunch *launch = &records[r].launch;
         const NphStage *stage = &dump->method->stages[launch->stage];
-        double grid[3] = {(double)((launch->items + stage->block[0] - 1) / stage->block[0]), 1.0, 1.0};
+        int64_t blocks = (launch->items + stage->block[0] - 1) / stage->block[0];
+        double grid[3] = {(double)blocks, 1.0, 1.0};
         nph_json_object(json, NULL);
         nph_json_integer(json, "batch", launch->batch);
         nph_json_integer(json, "number", launch->number);

@@ -233,7 +233,7 @@ static NphStatus compare_queue(Verify *v, NphVerifyRow *row, const NphManifestLa
         row->histogram[seen[id] == 3 ? 0 : bin_of(1.0)]++;
         if (seen[id] == 3) continue;
         if (row->beyond++ == 0)
-            row->worst = (NphVerifyCell){launch->batch, launch->number, 1, {id}, seen[id] & 1, (seen[id] & 2) / 2, 1.0, 1.0, 1.0};
+            row->worst = (NphVerifyCell){launch->batch, launch->number, 1, {id}, seen[id] & 1, seen[id] >> 1, 1.0, 1.0, 1.0};
     }
     nph_free(v->context, seen);
     return NPH_OK;
