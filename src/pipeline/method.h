@@ -56,7 +56,7 @@ typedef struct NphMethod {
     NphStatus (*extend)(void *state, int worker, int buffer, const int64_t *shape);
     /* Where the buffer lies and how large it is now; 0 where this scene has none. */
     int (*view)(void *state, int worker, int buffer, NphView *view);
-    void (*launch)(void *state, int worker, const NphLaunch *launch);
+    NphStatus (*launch)(void *state, int worker, const NphLaunch *launch); /* NPH_BAD_INPUT: values that no run could have */
 } NphMethod;
 
 #endif

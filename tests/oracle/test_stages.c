@@ -2,6 +2,7 @@
  *
  * Dumps, and stages alone: every launch of every stage of every method, given the inputs that its run had, writes the bytes that
  * its run wrote. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -261,6 +262,14 @@ START_TEST(inputs_that_do_not_fit_are_named) {
     ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 4, inputs, &none, outputs), NPH_BAD_INPUT);
     ck_assert_ptr_nonnull(strstr(nph_test_messages(), "input path.ray: axis 0 has 3 elements, expected 6 ([6][path])"));
     inputs[2].array.shape[0] = 6;
+    ((int32_t *)inputs[0].array.data)[7] = 4096;
+    ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 4, inputs, &none, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "input path.id: value 7 is not one of this scene and these paths"));
+    ((int32_t *)inputs[0].array.data)[7] = 7;
+    ((float *)inputs[2].array.data)[9] = (float)NAN;
+    ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 4, inputs, &none, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "input path.ray: value 9 is not finite"));
+    ((float *)inputs[2].array.data)[9] = 0.5f;
     inputs[0].name = "path.sample";
     ck_assert_int_eq(nph_stages_run(stages, "path.track", arguments, 4, inputs, &none, outputs), NPH_BAD_INPUT);
     ck_assert_ptr_nonnull(strstr(nph_test_messages(), "path.track reads path.id path.hero"));

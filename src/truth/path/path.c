@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "core/fmath.h"
 #include "core/memory.h"
 #include "core/message.h"
 #include "core/pool.h"
@@ -279,9 +280,49 @@ static int view(void *opaque, int index, int buffer, NphView *out) {
     return 1;
 }
 
-static void launch_alone(void *opaque, int index, const NphLaunch *launch) {
+/* The first value of a buffer that is not finite, or of integers not from least to most; -1: none. */
+static int64_t first_wrong(const NphView *view, int64_t least, int64_t most) {
+    int64_t rows = view->rank > 1 ? view->shape[0] : 1, length = view->shape[view->rank - 1];
+    for (int64_t i = 0; i < rows * length; i++) {
+        int64_t at = i / length * view->stride + i % length;
+        double value = view->type == NPH_F32   ? (double)((const float *)view->data)[at]
+                       : view->type == NPH_F64 ? ((const double *)view->data)[at]
+                                               : (double)((const int32_t *)view->data)[at];
+        int wrong = view->type == NPH_I32 ? value < (double)least || value > (double)most : !(nph_abs(value) < nph_infinity());
+        if (wrong) return i;
+    }
+    return -1;
+}
+
+/* What indexes something, and where paths are: others' inputs may hold anything. */
+static NphStatus check_inputs(PathState *state, PathWorker *worker, const NphStage *stage) {
+    static const int checked[] = {NPH_PATH_ID, NPH_PATH_HERO, NPH_PATH_RAY, NPH_PATH_ORIGIN, NPH_PATH_DISTANCE, NPH_PATH_MEDIUM,
+                                  NPH_PATH_SURFACE, NPH_PATH_TOUCH, NPH_PATH_COLLIDING, NPH_PATH_TOUCHING, NPH_PATH_LEAVING};
+    int media = 0, paths = state->kernels.count(worker->batch);
+    for (int m = 0; m < state->job.scene->medium_count; m++) media += state->choice.transport.used[m];
+    for (size_t c = 0; c < sizeof checked / sizeof *checked; c++) {
+        const NphBuffer *buffer = &buffers[checked[c]];
+        NphView seen;
+        int64_t most = checked[c] == NPH_PATH_ID        ? NPH_PATH_BATCH - 1
+                       : checked[c] == NPH_PATH_HERO    ? 3 * state->choice.transport.groups - 1
+                       : checked[c] == NPH_PATH_MEDIUM  ? media - 1
+                       : checked[c] == NPH_PATH_SURFACE ? state->job.scene->surface_count - 1
+                                                        : paths - 1;
+        int64_t least = checked[c] == NPH_PATH_MEDIUM || checked[c] == NPH_PATH_SURFACE ? -1 : 0;
+        if (!nph_stage_lists(stage->reads, buffer->name) || !state->kernels.view(worker->batch, checked[c], &seen)) continue;
+        int64_t wrong = first_wrong(&seen, least, most);
+        if (wrong >= 0)
+            return nph_error(state->job.context, NPH_BAD_INPUT, "input %s: value %lld is not %s", buffer->name, (long long)wrong,
+                             seen.type == NPH_I32 ? "one of this scene and these paths" : "finite");
+    }
+    return NPH_OK;
+}
+
+static NphStatus launch_alone(void *opaque, int index, const NphLaunch *launch) {
     PathState *state = opaque;
+    NPH_TRY(check_inputs(state, &state->workers[index], &stages[launch->stage]));
     launch_stage(state, &state->workers[index], launch);
+    return NPH_OK;
 }
 
 /* A block of the pool: one tile, all chunks of the pass; a request to stop is heard after each chunk. */
