@@ -6,6 +6,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
 #include <errno.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -44,7 +45,6 @@ typedef struct Worker {
     Use now[NPH_MAX_BUFFERS]; /* what holds each buffer; file[0] 0: nothing does */
     char *scratch;
     size_t scratch_bytes;
-    uint64_t bytes;
 } Worker;
 
 typedef struct Dump {
@@ -54,7 +54,8 @@ typedef struct Dump {
     int stage, write; /* write: 0 only counts */
     int64_t tile;     /* of options.pixel */
     int thread_count;
-    uint64_t limit;   /* of one worker's share when writing */
+    pthread_mutex_t lock;
+    uint64_t bytes;   /* of all workers, under the lock */
     Worker *workers;
 } Dump;
 
@@ -139,11 +140,13 @@ static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index
         memcmp(use->shape, made.shape, sizeof made.shape) == 0)
         return NPH_OK;
     *use = made;
-    worker->bytes += bytes + 128;
+    pthread_mutex_lock(&dump->lock);
+    uint64_t all = dump->bytes += bytes + 128;
+    pthread_mutex_unlock(&dump->lock);
     snprintf(use->file, sizeof use->file, "%06lld/%05lld.%s%s.npy", (long long)launch->batch, (long long)launch->number,
              input ? "in." : "", dump->method->buffers[buffer].name);
     if (!dump->write) return NPH_OK;
-    if (worker->bytes > dump->limit)
+    if (all > dump->options->limit_bytes)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
                          "allow more (--dump-limit)", (double)dump->options->limit_bytes / 1048576.0);
     snprintf(path, sizeof path, "%s/%s", dump->options->folder, use->file);
@@ -373,7 +376,7 @@ static NphStatus open_dump(Dump *dump, const NphJob *job, const NphDumpOptions *
         dump->tile = (int64_t)(p[1] / NPH_TILE - crop[1] / NPH_TILE) * across + p[0] / NPH_TILE - first;
     }
     dump->thread_count = nph_context_threads(job->context);
-    dump->limit = options->limit_bytes / (uint64_t)dump->thread_count;
+    if (pthread_mutex_init(&dump->lock, NULL) != 0) return nph_error(job->context, NPH_NO_MEMORY, "no lock for a dump");
     return NPH_NEW(job->context, dump->thread_count, "workers of a dump", &dump->workers);
 }
 
@@ -384,7 +387,7 @@ static void close_dump(Dump *dump) {
         nph_free(dump->context, dump->workers[w].scratch);
     }
     nph_free(dump->context, dump->workers);
-    dump->workers = NULL;
+    pthread_mutex_destroy(&dump->lock);
 }
 
 /* An empty folder, made if it is not there. */
@@ -425,8 +428,7 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     NPH_TRY(open_dump(&dump, job, &all));
     NphTap tap = {&dump, before, after};
     NphStatus status = nph_render_tapped(job->context, scene, &few, &tap, &film, NULL);
-    *bytes = 0.0;
-    for (int w = 0; w < dump.thread_count; w++) *bytes += (double)dump.workers[w].bytes;
+    *bytes = (double)dump.bytes;
     *bytes *= one ? 1.0 / tiles : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
     close_dump(&dump);
     nph_film_free(job->context, film);

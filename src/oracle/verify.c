@@ -155,13 +155,13 @@ static int bin_of(double ulp) {
 /* Positions in the candidate of the reference's items; NO_ITEM where it has none. NULL: by position. */
 static NphStatus match(Verify *v, const NphArray *ours, const NphArray *theirs, int64_t **out) {
     int64_t count = nph_array_count(ours), others = nph_array_count(theirs), largest = -1, *place = NULL;
-    for (int64_t i = 0; i < others; i++) largest = value_at(theirs, i) > (double)largest ? (int64_t)value_at(theirs, i) : largest;
+    for (int64_t i = 0; i < count; i++) largest = value_at(ours, i) > (double)largest ? (int64_t)value_at(ours, i) : largest;
     NPH_TRY(NPH_NEW(v->context, count > 0 ? count : 1, "positions of items", out));
     NphStatus status = NPH_NEW(v->context, largest + 2, "items by identity", &place);
     if (status != NPH_OK) return status;
     for (int64_t i = 0; i < largest + 2; i++) place[i] = NO_ITEM;
     for (int64_t i = 0; i < others; i++)
-        if (value_at(theirs, i) >= 0.0) place[(int64_t)value_at(theirs, i)] = i;
+        if (value_at(theirs, i) >= 0.0 && value_at(theirs, i) <= (double)largest) place[(int64_t)value_at(theirs, i)] = i;
     for (int64_t i = 0; i < count; i++) {
         double id = value_at(ours, i);
         (*out)[i] = id >= 0.0 && id <= (double)largest ? place[(int64_t)id] : NO_ITEM;
@@ -204,7 +204,7 @@ static void compare_cells(Verify *v, NphVerifyRow *row, const NphManifestLaunch 
         }
         for (int64_t i = 0; i < length; i++) {
             int64_t j = place ? place[i] : i;
-            double y = j == NO_ITEM ? nph_nan() : value_at(b, r * others + j);
+            double y = j == NO_ITEM || j >= others ? nph_nan() : value_at(b, r * others + j);
             count_cell(v, row, launch, a, r * length + i, value_at(a, r * length + i), y, largest);
         }
     }
@@ -216,16 +216,15 @@ static NphStatus compare_queue(Verify *v, NphVerifyRow *row, const NphManifestLa
     const NphArray *queue[2] = {a, b}, *ids[2] = {ours, theirs};
     int64_t most = -1;
     unsigned char *seen = NULL;
-    for (int s = 0; s < 2; s++)
-        for (int64_t i = 0; i < nph_array_count(ids[s]); i++) most = value_at(ids[s], i) > (double)most ? (int64_t)value_at(ids[s], i) : most;
+    for (int64_t i = 0; i < nph_array_count(ours); i++) most = value_at(ours, i) > (double)most ? (int64_t)value_at(ours, i) : most;
     NPH_TRY(NPH_NEW(v->context, most + 2, "items of a queue", &seen));
     for (int s = 0; s < 2; s++)
         for (int64_t i = 0; i < nph_array_count(queue[s]); i++) {
             double at = value_at(queue[s], i);
             int within = at >= 0.0 && at < (double)nph_array_count(ids[s]);
             double id = within ? value_at(ids[s], (int64_t)at) : -1.0;
-            if (id >= 0.0) seen[(int64_t)id] |= (unsigned char)(1 << s);
-            else row->beyond++; /* a position that no item has */
+            if (id >= 0.0 && id <= (double)most) seen[(int64_t)id] |= (unsigned char)(1 << s);
+            else row->beyond++; /* a position that no item has, or an item that the reference has not */
         }
     for (int64_t id = 0; id <= most; id++) {
         if (!seen[id]) continue;
@@ -265,7 +264,7 @@ static NphStatus compare_buffer(Verify *v, const NphManifestLaunch *launch, cons
     const NphArray *a = output_of(ours, buffer->name), *b = output_of(theirs, buffer->name);
     const NphArray *id_a = buffer->identity ? buffer_of(ours, buffer->identity) : NULL;
     const NphArray *id_b = buffer->identity ? buffer_of(theirs, buffer->identity) : NULL;
-    int known = id_a && id_b;
+    int known = id_a && id_b && (buffer->queue || (a->rank > 0 && nph_array_count(id_a) == a->shape[a->rank - 1]));
     NphVerifyRow *row = NULL;
     int64_t *place = NULL;
     NPH_TRY(row_of(v, launch->stage, buffer->name, &row));

@@ -113,7 +113,7 @@ static void replay(int method, const char *text, int precision) {
     dump(context, scene, &options, folder, &manifest);
     nph_manifest_options(&manifest, &again);
     ck_assert_int_eq(nph_stages_open(context, scene, &again, &stages), NPH_OK);
-    for (int l = 0; l < manifest.launch_count; l++) {
+    for (int l = manifest.launch_count - 1; l >= 0; l--) { /* backwards: what earlier launches left in memory is not there */
         const NphManifestLaunch *launch = &manifest.launches[l];
         ck_assert_msg(differing(context, stages, &manifest, launch) == 0, "batch %lld launch %lld %s", (long long)launch->batch,
                       (long long)launch->number, launch->stage);

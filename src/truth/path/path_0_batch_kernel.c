@@ -195,7 +195,7 @@ static int view_conditional(NphPathBatch *batch, int buffer, NphView *view) {
     case NPH_PATH_SURFACE: *view = integers(batch->surface, batch->count); return surfaces;
     case NPH_PATH_TOUCH: *view = rows(batch->surface_p[0], 7, batch->count); return surfaces;
     case NPH_PATH_TOUCHING: *view = integers(batch->queue + batch->queued, batch->touched); return surfaces;
-    case NPH_PATH_FLOWN: *view = rows(batch->survived, 2, batch->count); return scene->weighed || split;
+    case NPH_PATH_FLOWN: *view = rows(batch->survived, 2, batch->count); return scene->weighed || (split && batch->vertex == 0);
     case NPH_PATH_COLLIDED: *view = reals(batch->collides, NPH_PATH_BATCH); return split;
     case NPH_PATH_ASIDE: *view = rows(batch->passed_by[0], 3, NPH_PATH_BATCH); return split;
     default: return 0;

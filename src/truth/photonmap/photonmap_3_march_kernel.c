@@ -5,7 +5,7 @@
  * Each medium m places points at the depths (u + i) step of its own majorant, M_m s_m, with u uniform: there are
  * lambda = sum M_m s_m / step of them per metre, so the sum has the mean of the integral of T S, and empty space costs
  * nothing. T is exact (photonmap_depth.h): the only bias is that of the estimate. In print T is the product of
- * exp(-sigma_t(x_k) dx_k), here with dx = 1 / lambda: `printed`. */
+ * e^(-sigma_t(x_k) dx_k), here with dx = 1 / lambda: `printed`. */
 #include <stdarg.h>
 #include <stdio.h>
 
