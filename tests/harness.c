@@ -4,7 +4,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "harness.h"
 
-#ifdef NPH_BUGS
+#ifdef NPH_ALTERED
 #include "bugs/bugs.h"
 #endif
 
@@ -117,7 +117,7 @@ int nph_test_wanted(const char *title) {
 }
 
 int nph_test_main(const char *name, void (*fill)(TCase *)) {
-#ifdef NPH_BUGS
+#ifdef NPH_ALTERED
     bugs_choose();
 #endif
     make_temporary();

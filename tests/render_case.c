@@ -10,8 +10,8 @@
 
 #include "harness.h"
 
-#ifdef NPH_BUGS
-#include "bugs/bugs.h"
+#ifdef NPH_ALTERED
+#include "altered/altered.h"
 #endif
 
 NphRenderOptions render_options(int64_t samples, int precision) {
@@ -39,8 +39,8 @@ NphStatus render_try(RenderCase *render, const char *yaml, const NphRenderOption
     render->context = nph_test_context(threads);
     NphStatus status = nph_scene_parse(render->context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"),
                                        &render->scene);
-#ifdef NPH_BUGS
-    if (status == NPH_OK) bugs_change_scene(render->scene);
+#ifdef NPH_ALTERED
+    if (status == NPH_OK) altered_change_scene(render->scene);
 #endif
     if (status == NPH_OK)
         status = nph_render(render->context, render->scene, options, &render->film, &render->statistics);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Known bugs: mistakes that renderers make, one at a time, to see that the tests find them. NPH_BUG(n) is 0 here, and
- * the object code is as if it were not there (scripts/check_bugs). tests/bugs compiles the kernels once more with
- * NPH_BUGS defined, where it asks whether bug n is the one to be made, and runs the tests of the suite against them:
- * each must make one fail. */
+ * the object code is as if it were not there (scripts/check_bugs). src/altered compiles the kernels once more with
+ * NPH_ALTERED defined, where it asks whether bug n is the one to be made: `nephos diagnose` renders with each, and tests/bugs
+ * runs the tests of the suite against them, each of which must make one fail. */
 #ifndef NPH_CORE_BUG_H
 #define NPH_CORE_BUG_H
 
-#ifdef NPH_BUGS
+#ifdef NPH_ALTERED
 extern int nph_bug_number;
 #define NPH_BUG(n) (nph_bug_number == (n))
 #else
