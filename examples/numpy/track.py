@@ -46,10 +46,17 @@ def track(launch, ids, rays):
             'path.colliding': np.flatnonzero(hits).astype(np.int32), 'path.leaving': np.flatnonzero(~hits).astype(np.int32)}
 
 
+def load(name):
+    file, _, offset = name.partition('@')
+    with open(file, 'rb') as stream:
+        stream.seek(int(offset or 0))
+        return np.load(stream)
+
+
 launches = []
 for one in (one for one in run['launches'] if one['stage'] == 'path.track'):
     inputs = {buffer: str(ours / file) for buffer, file in one['inputs'].items()}
-    outputs = track(one, np.load(inputs['path.id']), np.load(inputs['path.ray'])) | {'path.weight': np.load(inputs['path.weight'])}
+    outputs = track(one, load(inputs['path.id']), load(inputs['path.ray'])) | {'path.weight': load(inputs['path.weight'])}
     folder = mine / f"{one['batch']}.{one['number']}"
     folder.mkdir(parents=True)
     for buffer, array in outputs.items():

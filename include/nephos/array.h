@@ -37,7 +37,8 @@ int64_t nph_array_count(const NphArray *array);
 NphStatus nph_array_new(NphContext *context, NphType type, int rank, const int64_t *shape, const char *what,
                         NphArray *array);
 
-/* NumPy's .npy files: C order is written; Fortran order and other byte orders are read too. *array is untouched on failure. */
+/* NumPy's .npy files: C order is written; Fortran order and other byte orders are read too. *array is untouched on failure.
+ * PATH@OFFSET reads the array that begins at that byte of a file: dumps hold one after the other. */
 NphStatus nph_array_read_npy(NphContext *context, const char *path, NphArray *array);
 NphStatus nph_array_write_npy(NphContext *context, const char *path, const NphArray *array);
 

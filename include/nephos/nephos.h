@@ -17,5 +17,6 @@
 #include "nephos/flip.h"
 #include "nephos/stage.h"
 #include "nephos/verify.h"
+#include "nephos/watch.h"
 
 #endif

@@ -67,7 +67,8 @@ typedef struct NphDumpOptions {
 
 void nph_dump_options_default(NphDumpOptions *options);
 
-/* nph_render that writes the outputs of every launch as .npy files and, at the end, manifest.json. scene_name: for the manifest. */
+/* nph_render that writes the outputs of every launch, those of a batch one after the other as .npy arrays into one file, and, at the
+ * end, manifest.json, which says where each begins. scene_name: for the manifest. */
 NphStatus nph_dump(NphContext *context, const NphScene *scene, const char *scene_name, const NphRenderOptions *options,
                    const NphDumpOptions *dump, NphFilm **film, NphRenderStatistics *statistics);
 

@@ -65,11 +65,24 @@ static NphStatus read_all(NphContext *context, const char *path, int descriptor,
 }
 
 NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size) {
+    return nph_file_read_stretch(context, path, 0, SIZE_MAX - 1, bytes, size);
+}
+
+NphStatus nph_file_read_stretch(NphContext *context, const char *path, int64_t offset, size_t most, char **bytes, size_t *size) {
     int descriptor = -1;
     size_t expected = 0;
     char *buffer = NULL;
     NPH_TRY(open_regular(context, path, &descriptor, &expected));
-    NphStatus status = nph_alloc(context, expected + 1, 1, path, (void **)&buffer);
+    NphStatus status = NPH_OK;
+    if (offset < 0 || (uint64_t)offset > expected)
+        status = nph_error(context, NPH_BAD_INPUT, "%s: has %zu bytes, none at %lld", path, expected, (long long)offset);
+    else if (offset > 0 && lseek(descriptor, (off_t)offset, SEEK_SET) < 0)
+        status = fail(context, NPH_BAD_INPUT, path, "cannot read", errno);
+    if (status == NPH_OK) {
+        expected -= (size_t)offset;
+        if (expected > most) expected = most;
+        status = nph_alloc(context, expected + 1, 1, path, (void **)&buffer);
+    }
     if (status == NPH_OK) status = read_all(context, path, descriptor, buffer, expected);
     close(descriptor);
     if (status != NPH_OK) {

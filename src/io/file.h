@@ -6,6 +6,7 @@
 #define NPH_IO_FILE_H
 
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 
 #include "nephos/context.h"
@@ -13,6 +14,9 @@
 /* Reads a regular file whole; *bytes is NUL-terminated beyond *size, freed with nph_free. NPH_BAD_INPUT with the path
  * and the system's reason. */
 NphStatus nph_file_read(NphContext *context, const char *path, char **bytes, size_t *size);
+
+/* The same for what begins at `offset`, at most `most` bytes of it. */
+NphStatus nph_file_read_stretch(NphContext *context, const char *path, int64_t offset, size_t most, char **bytes, size_t *size);
 
 /* The first bytes alone, at most `room`; the same refusals. */
 NphStatus nph_file_read_start(NphContext *context, const char *path, char *bytes, size_t room, size_t *size);

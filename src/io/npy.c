@@ -5,11 +5,10 @@
  * padded to a multiple of 64 bytes as NumPy does, so that equal arrays are equal files. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
-#include <fcntl.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/uio.h>
-#include <unistd.h>
 
 #include "core/memory.h"
 #include "core/message.h"
@@ -18,7 +17,7 @@
 #include "io/printable.h"
 #include "io/volume.h"
 
-enum { MAGIC_BYTES = 6, PREAMBLE_BYTES = 10, PADDING = 64, HEADER_MAX = 512 };
+enum { MAGIC_BYTES = 6, PREAMBLE_BYTES = 10, PADDING = 64, HEADER_MAX = 512, START_MAX = 4096 };
 static const char magic[] = "\x93NUMPY";
 
 static const char codes[][3] = {"u1", "i1", "u2", "i2", "f2", "u4", "i4", "f4", "u8", "i8", "f8"}; /* as NphType */
@@ -230,20 +229,48 @@ static void copy_elements(const Header *header, NphArray *array, size_t bytes) {
             copy_element((unsigned char *)array->data + n, (const unsigned char *)header->at + n, size, 1);
 }
 
-NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array) {
-    char *bytes = NULL;
-    size_t size = 0;
-    NPH_TRY(nph_file_read(context, path, &bytes, &size));
+static NphStatus read_array(NphContext *context, const char *path, const char *bytes, size_t size, NphArray *array) {
     Header header = {.context = context, .path = path, .bytes = bytes, .at = bytes, .end = bytes};
-    NphStatus status = read_header(&header, size);
-    size_t left = size - (size_t)(header.at - bytes);
-    if (status == NPH_OK) status = check_size(&header, left);
     NphArray made = {0};
-    if (status == NPH_OK) status = nph_array_new(context, header.type, header.rank, header.shape, path, &made);
-    if (status == NPH_OK) {
-        copy_elements(&header, &made, left);
-        *array = made;
+    NPH_TRY(read_header(&header, size));
+    size_t left = size - (size_t)(header.at - bytes);
+    NPH_TRY(check_size(&header, left));
+    NPH_TRY(nph_array_new(context, header.type, header.rank, header.shape, path, &made));
+    copy_elements(&header, &made, left);
+    *array = made;
+    return NPH_OK;
+}
+
+/* Of what begins at `offset`, as many bytes as its header asks for, or what there is. */
+static NphStatus read_stretch(NphContext *context, const char *path, int64_t offset, char **bytes, size_t *size) {
+    NPH_TRY(nph_file_read_stretch(context, path, offset, START_MAX, bytes, size));
+    Header header = {.context = context, .path = path, .bytes = *bytes, .at = *bytes, .end = *bytes};
+    NPH_TRY(read_header(&header, *size));
+    size_t wanted = nph_type_size(header.type);
+    for (int axis = 0; axis < header.rank; axis++) {
+        size_t n = (size_t)header.shape[axis];
+        wanted = n == 0 || wanted <= SIZE_MAX / 2 / n ? wanted * n : SIZE_MAX / 2;
     }
+    wanted += (size_t)(header.at - *bytes);
+    nph_free(context, *bytes);
+    *bytes = NULL;
+    return nph_file_read_stretch(context, path, offset, wanted, bytes, size);
+}
+
+/* The byte after '@' where an array begins, and the file's name before it; 0 where the name has none. */
+static int split(const char *path, char file[4096], int64_t *offset) {
+    const char *at = strrchr(path, '@');
+    if (!at || at[1] < '0' || at[1] > '9' || !nph_parse_int(at + 1, offset)) return 0;
+    return snprintf(file, 4096, "%.*s", (int)(at - path), path) < 4096;
+}
+
+NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array) {
+    char file[4096], *bytes = NULL;
+    size_t size = 0;
+    int64_t offset = 0;
+    NphStatus status = split(path, file, &offset) ? read_stretch(context, file, offset, &bytes, &size)
+                                                  : nph_file_read(context, path, &bytes, &size);
+    if (status == NPH_OK) status = read_array(context, path, bytes, size, array);
     nph_free(context, bytes);
     return status;
 }
@@ -286,27 +313,24 @@ NphStatus nph_array_write_npy(NphContext *context, const char *path, const NphAr
     return nph_npy_write(context, path, array);
 }
 
-NphStatus nph_npy_write_unsynced(NphContext *context, const char *path, const NphArray *array) {
+NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t *size) {
+    static const char gap[PADDING];
     char header[HEADER_MAX];
     size_t header_bytes = make_header(array, header), bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);
-    struct iovec parts[2] = {{header, header_bytes}, {array->data, bytes}};
-    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(errno));
-    size_t left = header_bytes + bytes;
+    size_t left = header_bytes + (bytes + PADDING - 1) / PADDING * PADDING;
+    struct iovec parts[3] = {{header, header_bytes}, {array->data, bytes}, {(void *)gap, left - header_bytes - bytes}};
+    *size += (int64_t)left;
     while (left > 0) {
-        ssize_t written = writev(file, parts, 2);
+        ssize_t written = writev(file, parts, 3);
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) break;
+        if (written < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(errno));
         left -= (size_t)written;
-        for (int p = 0; p < 2; p++) {
+        for (int p = 0; p < 3; p++) {
             size_t taken = (size_t)written < parts[p].iov_len ? (size_t)written : parts[p].iov_len;
             parts[p].iov_base = (char *)parts[p].iov_base + taken;
             parts[p].iov_len -= taken;
             written -= (ssize_t)taken;
         }
     }
-    int error = left > 0 ? errno : 0;
-    if (close(file) != 0 && !error) error = errno;
-    if (error) unlink(path);
-    return error ? nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(error)) : NPH_OK;
+    return NPH_OK;
 }

@@ -71,11 +71,12 @@ NphStatus nph_nvdb_list(NphContext *context, const char *path, NphGridInfo **gri
 /* From what the file says of its grids; grid_bytes: in memory, 0 where it is not said. */
 NphStatus nph_vdb_list(NphContext *context, const char *path, NphGridInfo **grids, int *count);
 
-/* .npy (format 1.0 to 3.0, little or big endian, C or Fortran order, which is made C order). */
+/* .npy (format 1.0 to 3.0, little or big endian, C or Fortran order, which is made C order). PATH@OFFSET: the array that
+ * begins at that byte of a file, whatever follows it. */
 NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);
 NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *array);
-/* The same for one of many files that count only once another one, written last, names them: straight to its name. */
-NphStatus nph_npy_write_unsynced(NphContext *context, const char *path, const NphArray *array);
+/* The same at the end of an open file, whose size, a multiple of 64, grows to the next one. path: for messages. */
+NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t *size);
 
 /* LES text (water content and effective radius on lattice points), both layouts of the field: comma separated with a
  * column line, and SHDOM's blank separated one. Knows no physics. */

@@ -6,11 +6,13 @@
 #define _POSIX_C_SOURCE 200809L
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "core/json.h"
 #include "core/memory.h"
@@ -23,7 +25,7 @@
 
 enum { FILE_NAME = 96 };
 
-/* A file, once for each launch that reads or wrote it. */
+/* An array in a file, once for each launch that reads or wrote it. */
 typedef struct Use {
     int buffer, input, rank;
     NphType type;
@@ -45,6 +47,8 @@ typedef struct Worker {
     Use now[NPH_MAX_BUFFERS]; /* what holds each buffer; file[0] 0: nothing does */
     char *scratch;
     size_t scratch_bytes;
+    int file;         /* of the batch under way; -1 */
+    int64_t file_batch, file_bytes;
 } Worker;
 
 typedef struct Dump {
@@ -121,11 +125,34 @@ static NphStatus gather(Dump *dump, Worker *worker, const NphView *view, size_t 
     return NPH_OK;
 }
 
+static NphStatus close_file(Dump *dump, Worker *worker) {
+    int file = worker->file;
+    worker->file = -1;
+    if (file < 0 || close(file) == 0) return NPH_OK;
+    return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: batch %lld cannot be written: %s", dump->options->folder,
+                     (long long)worker->file_batch, strerror(errno));
+}
+
+/* To the file of the batch, which holds its arrays one after the other. */
+static NphStatus append(Dump *dump, Worker *worker, const NphLaunch *launch, const NphArray *array, Use *use) {
+    char path[4096];
+    if (worker->file < 0 || worker->file_batch != launch->batch) {
+        worker->file_bytes = 0;
+        if (dump->write) NPH_TRY(close_file(dump, worker));
+        worker->file_batch = launch->batch;
+    }
+    snprintf(use->file, sizeof use->file, "%06lld.npys@%lld", (long long)launch->batch, (long long)worker->file_bytes);
+    if (!dump->write) return NPH_OK;
+    snprintf(path, sizeof path, "%s/%06lld.npys", dump->options->folder, (long long)launch->batch);
+    if (worker->file < 0) worker->file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (worker->file < 0) return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: cannot be made: %s", path, strerror(errno));
+    return nph_npy_append(dump->context, worker->file, path, array, &worker->file_bytes);
+}
+
 /* Writes a buffer as it stands; worker->now[buffer] is then its file: the one that held it before where nothing has changed. */
-static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index, const NphLaunch *launch, int buffer, int input) {
+static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index, const NphLaunch *launch, int buffer) {
     NphView view;
     Use *use = &worker->now[buffer], made = {.buffer = buffer};
-    char path[4096];
     size_t bytes;
     if (!dump->method->view(state, index, buffer, &view)) {
         use->file[0] = 0;
@@ -143,23 +170,12 @@ static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index
     pthread_mutex_lock(&dump->lock);
     uint64_t all = dump->bytes += bytes + 128;
     pthread_mutex_unlock(&dump->lock);
-    snprintf(use->file, sizeof use->file, "%06lld/%05lld.%s%s.npy", (long long)launch->batch, (long long)launch->number,
-             input ? "in." : "", dump->method->buffers[buffer].name);
-    if (!dump->write) return NPH_OK;
-    if (all > dump->options->limit_bytes)
+    if (dump->write && all > dump->options->limit_bytes)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
                          "allow more (--dump-limit)", (double)dump->options->limit_bytes / 1048576.0);
-    snprintf(path, sizeof path, "%s/%s", dump->options->folder, use->file);
     NphArray array = {view.type, view.rank, {0}, worker->scratch};
     for (int a = 0; a < NPH_MAX_RANK; a++) array.shape[a] = a < view.rank ? view.shape[a] : 1;
-    return nph_npy_write_unsynced(dump->context, path, &array);
-}
-
-static NphStatus make_folder(Dump *dump, const NphLaunch *launch) {
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%06lld", dump->options->folder, (long long)launch->batch);
-    if (!dump->write || mkdir(path, 0777) == 0 || errno == EEXIST) return NPH_OK;
-    return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: cannot be made: %s", path, strerror(errno));
+    return append(dump, worker, launch, &array, use);
 }
 
 static NphStatus before(void *user, void *state, int index, const NphLaunch *launch) {
@@ -168,11 +184,10 @@ static NphStatus before(void *user, void *state, int index, const NphLaunch *lau
     const NphStage *stage = &dump->method->stages[launch->stage];
     for (int b = 0; b < dump->method->buffer_count && launch->number == 0; b++) worker->now[b].file[0] = 0;
     if (!is_selected(dump, launch)) return NPH_OK;
-    NPH_TRY(make_folder(dump, launch));
     NPH_TRY(add_record(dump, worker, launch));
     for (int b = 0; b < dump->method->buffer_count; b++) {
         if (!nph_stage_lists(stage->reads, dump->method->buffers[b].name)) continue;
-        if (!worker->now[b].file[0]) NPH_TRY(write_buffer(dump, worker, state, index, launch, b, 1));
+        if (!worker->now[b].file[0]) NPH_TRY(write_buffer(dump, worker, state, index, launch, b));
         if (worker->now[b].file[0]) NPH_TRY(add_use(dump, worker, &worker->now[b], 1));
     }
     return NPH_OK;
@@ -188,7 +203,7 @@ static NphStatus after(void *user, void *state, int index, const NphLaunch *laun
             worker->now[b].file[0] = 0;
             continue;
         }
-        NPH_TRY(write_buffer(dump, worker, state, index, launch, b, 0));
+        NPH_TRY(write_buffer(dump, worker, state, index, launch, b));
         if (worker->now[b].file[0]) NPH_TRY(add_use(dump, worker, &worker->now[b], 0));
     }
     return NPH_OK;
@@ -377,11 +392,23 @@ static NphStatus open_dump(Dump *dump, const NphJob *job, const NphDumpOptions *
     }
     dump->thread_count = nph_context_threads(job->context);
     if (pthread_mutex_init(&dump->lock, NULL) != 0) return nph_error(job->context, NPH_NO_MEMORY, "no lock for a dump");
-    return NPH_NEW(job->context, dump->thread_count, "workers of a dump", &dump->workers);
+    NPH_TRY(NPH_NEW(job->context, dump->thread_count, "workers of a dump", &dump->workers));
+    for (int w = 0; w < dump->thread_count; w++) dump->workers[w].file = -1;
+    return NPH_OK;
+}
+
+static NphStatus close_files(Dump *dump) {
+    NphStatus status = NPH_OK;
+    for (int w = 0; w < dump->thread_count; w++) {
+        NphStatus closed = close_file(dump, &dump->workers[w]);
+        if (closed != NPH_OK) status = closed;
+    }
+    return status;
 }
 
 static void close_dump(Dump *dump) {
     for (int w = 0; dump->workers && w < dump->thread_count; w++) {
+        if (dump->workers[w].file >= 0) close(dump->workers[w].file); /* of a run that failed */
         nph_free(dump->context, dump->workers[w].records);
         nph_free(dump->context, dump->workers[w].uses);
         nph_free(dump->context, dump->workers[w].scratch);
@@ -456,7 +483,8 @@ NphStatus nph_dump(NphContext *context, const NphScene *scene, const char *scene
     if (status == NPH_OK) status = check_folder(context, what->folder);
     if (status == NPH_OK) status = nph_render_tapped(context, scene, options, &tap, film, statistics);
     if (status == NPH_OK || status == NPH_INTERRUPTED) { /* what there is, is whole */
-        NphStatus written = write_manifest(&dump, &job, scene_name);
+        NphStatus written = close_files(&dump);
+        if (written == NPH_OK) written = write_manifest(&dump, &job, scene_name);
         if (written != NPH_OK) status = written;
     }
     close_dump(&dump);

@@ -110,25 +110,24 @@ static void copy_row(const NphArray *array, int64_t first, int64_t count, NphTyp
         for (int64_t i = 0; i < count; i++) ((float *)to)[i] = (float)((const double *)array->data)[first + i];
 }
 
-/* The shape is the view's, with the length of the input along the last axis; extend has made room for that. */
-static NphStatus place(NphStages *stages, int buffer, const NphArray *input) {
-    const NphBuffer *what = &stages->method->buffers[buffer];
+NphStatus nph_buffer_place(NphContext *context, const NphMethod *method, void *state, int worker, int buffer, const NphArray *array) {
+    const NphBuffer *what = &method->buffers[buffer];
     NphView view;
     int64_t shape[NPH_MAX_RANK];
-    for (int a = 0; a < NPH_MAX_RANK; a++) shape[a] = a < input->rank ? input->shape[a] : 1;
-    if (input->rank < 1 || (stages->method->view(stages->state, 0, buffer, &view) && input->rank != view.rank))
-        return nph_error(stages->context, NPH_BAD_INPUT, "input %s: %d axes, expected %s", what->name, input->rank, what->shape);
-    NPH_TRY(stages->method->extend(stages->state, 0, buffer, shape));
-    if (!stages->method->view(stages->state, 0, buffer, &view)) return NPH_OK;
+    for (int a = 0; a < NPH_MAX_RANK; a++) shape[a] = a < array->rank ? array->shape[a] : 1;
+    if (array->rank < 1 || (method->view(state, worker, buffer, &view) && array->rank != view.rank))
+        return nph_error(context, NPH_BAD_INPUT, "input %s: %d axes, expected %s", what->name, array->rank, what->shape);
+    NPH_TRY(method->extend(state, worker, buffer, shape));
+    if (!method->view(state, worker, buffer, &view)) return NPH_OK;
     for (int a = 0; a < view.rank; a++)
-        if (view.shape[a] != input->shape[a])
-            return nph_error(stages->context, NPH_BAD_INPUT, "input %s: axis %d has %lld elements, expected %lld (%s)", what->name, a,
-                             (long long)input->shape[a], (long long)view.shape[a], what->shape);
-    if (view.type != input->type && !(is_real(view.type) && is_real(input->type)))
-        return nph_error(stages->context, NPH_BAD_INPUT, "input %s: type %s, expected %s", what->name, nph_type_name(input->type),
+        if (view.shape[a] != array->shape[a])
+            return nph_error(context, NPH_BAD_INPUT, "input %s: axis %d has %lld elements, expected %lld (%s)", what->name, a,
+                             (long long)array->shape[a], (long long)view.shape[a], what->shape);
+    if (view.type != array->type && !(is_real(view.type) && is_real(array->type)))
+        return nph_error(context, NPH_BAD_INPUT, "input %s: type %s, expected %s", what->name, nph_type_name(array->type),
                          nph_type_name(view.type));
     for (int64_t r = 0; r < row_count(&view); r++)
-        copy_row(input, r * row_length(&view), row_length(&view), view.type,
+        copy_row(array, r * row_length(&view), row_length(&view), view.type,
                  (char *)view.data + (size_t)(r * view.stride) * nph_type_size(view.type));
     return NPH_OK;
 }
@@ -143,7 +142,7 @@ static NphStatus place_inputs(NphStages *stages, const NphStage *stage, int coun
         const char *name = stages->method->buffers[b].name;
         const NphArray *input = input_of(count, inputs, name);
         if (!nph_stage_lists(stage->reads, name)) continue;
-        if (input) NPH_TRY(place(stages, b, input));
+        if (input) NPH_TRY(nph_buffer_place(stages->context, stages->method, stages->state, 0, b, input));
         else if (stages->method->view(stages->state, 0, b, &view))
             return nph_error(stages->context, NPH_BAD_INPUT, "%s reads %s, which is not among the inputs", stage->name, name);
     }
@@ -175,6 +174,7 @@ NphStatus nph_stages_run(NphStages *stages, const char *stage, const int64_t *ar
     for (int a = 0; a < method->argument_count; a++) launch.arguments[a] = arguments[a];
     NPH_TRY(method->begin_launch(stages->state, 0, stages->film, &launch));
     NPH_TRY(place_inputs(stages, &method->stages[launch.stage], input_count, inputs));
-    NPH_TRY(method->launch(stages->state, 0, &launch));
+    NPH_TRY(method->check(stages->state, 0, &launch));
+    method->launch(stages->state, 0, &launch);
     return take_outputs(stages, &method->stages[launch.stage], output_count, outputs);
 }

@@ -12,6 +12,9 @@ extern const char *const nph_class_names[];
 /* A copy of a buffer as it stands; rank 0 where the scene has none. */
 NphStatus nph_buffer_take(NphContext *context, const NphMethod *method, void *state, int worker, int buffer, NphArray *array);
 
+/* Copies an array into a buffer, which takes the array's length along its last axis; NPH_BAD_INPUT where it does not fit. */
+NphStatus nph_buffer_place(NphContext *context, const NphMethod *method, void *state, int worker, int buffer, const NphArray *array);
+
 /* The buffer's place in the method's table, or -1. */
 int nph_buffer_find(const NphMethod *method, const char *name);
 int nph_stage_find(const NphMethod *method, const char *name);

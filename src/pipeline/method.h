@@ -47,7 +47,7 @@ typedef struct NphMethod {
     void (*close)(void *state);
     NphStatus (*replay)(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user);
     /* Stages alone, in a worker's memory. NULL, and no arguments: the method cannot be looked into. To run one: begin_launch,
-     * then for every buffer that it reads, in the order of the table, extend and view, and the input is copied; then launch,
+     * then for every buffer that it reads, in the order of the table, extend and view, and the input is copied; then check, launch,
      * and view what it writes. */
     const char *const *arguments; /* what tells the launches of a stage apart: "tile", "light" */
     int argument_count;
@@ -56,7 +56,9 @@ typedef struct NphMethod {
     NphStatus (*extend)(void *state, int worker, int buffer, const int64_t *shape);
     /* Where the buffer lies and how large it is now; 0 where this scene has none. */
     int (*view)(void *state, int worker, int buffer, NphView *view);
-    NphStatus (*launch)(void *state, int worker, const NphLaunch *launch); /* NPH_BAD_INPUT: values that no run could have */
+    /* NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would be taken for places in memory. */
+    NphStatus (*check)(void *state, int worker, const NphLaunch *launch);
+    void (*launch)(void *state, int worker, const NphLaunch *launch);
 } NphMethod;
 
 #endif

@@ -60,7 +60,22 @@ START_TEST(example_compare_tells_same_from_different) {
 }
 END_TEST
 
+START_TEST(example_hybrid_puts_its_own_kernel_into_a_run) {
+    const char *root = getenv("NEPHOS_SOURCE_ROOT");
+    char cube[1024];
+    snprintf(cube, sizeof cube, "%s/reference/scenes/cube_g070.yaml", root ? root : ".");
+    const Ran *run = run_example("hybrid", cube, file_of("hybrid.exr"), "16");
+    ck_assert_msg(run->status == 0 && strstr(run->out, "same: ") == run->out, "%d %s%s", run->status, run->out, run->err);
+    char path[1024];
+    root = getenv("NEPHOS_PROGRAM_ROOT");
+    snprintf(path, sizeof path, "%s/examples/example_hybrid", root ? root : "build");
+    run = program_finish(program_start_at(path, (const char *const[]){cube, file_of("hybrid.exr"), "16", "--mistake", NULL}));
+    ck_assert_msg(run->status == 1, "%d %s%s", run->status, run->out, run->err);
+}
+END_TEST
+
 static void fill(TCase *cases) {
+    tcase_add_test(cases, example_hybrid_puts_its_own_kernel_into_a_run);
     tcase_add_test(cases, example_render_writes_the_file_that_the_program_writes);
     tcase_add_test(cases, example_render_says_what_is_wrong_and_where);
     tcase_add_test(cases, example_compare_tells_same_from_different);

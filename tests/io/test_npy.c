@@ -3,6 +3,7 @@
  * .npy files as NumPy 1.24 writes them (the headers below are its own), in every version, order and type; damaged ones;
  * and what is written, byte for byte. */
 #define _POSIX_C_SOURCE 200809L
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -278,7 +279,55 @@ START_TEST(cuts_are_refused_and_flips_do_no_harm) {
 }
 END_TEST
 
+START_TEST(arrays_one_after_the_other_are_read_from_where_they_begin) {
+    NphContext *context = nph_test_context(1);
+    static const int64_t shapes[3][2] = {{3, 5}, {0, 4}, {2, 2}};
+    int64_t begins[4] = {0};
+    const char *path = nph_test_temporary("arrays.npys");
+    int descriptor = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    ck_assert_int_ge(descriptor, 0);
+    for (int k = 0; k < 3; k++) {
+        NphArray array = {0};
+        ck_assert_int_eq(nph_array_new(context, k == 1 ? NPH_I32 : NPH_F32, 2, shapes[k], "test", &array), NPH_OK);
+        for (int64_t i = 0; i < nph_array_count(&array); i++) ((float *)array.data)[i] = (float)(10 * k + i);
+        begins[k + 1] = begins[k];
+        ck_assert_int_eq(nph_npy_append(context, descriptor, path, &array, &begins[k + 1]), NPH_OK);
+        ck_assert_int_eq(begins[k + 1] % 64, 0);
+        nph_array_free(context, &array);
+    }
+    ck_assert_int_eq(lseek(descriptor, 0, SEEK_END), begins[3]);
+    ck_assert_int_eq(close(descriptor), 0);
+    for (int k = 2; k >= 0; k--) {
+        char place[4096];
+        NphArray array = {0};
+        snprintf(place, sizeof place, "%s@%lld", path, (long long)begins[k]);
+        ck_assert_msg(nph_npy_read(context, place, &array) == NPH_OK, "%s", nph_test_messages());
+        ck_assert(array.rank == 2 && array.shape[0] == shapes[k][0] && array.shape[1] == shapes[k][1]);
+        for (int64_t i = 0; i < nph_array_count(&array); i++) ck_assert(((float *)array.data)[i] == (float)(10 * k + i));
+        nph_array_free(context, &array);
+    }
+    static const struct { int64_t offset; const char *words; } wrong[] = {
+        {1, "is not a .npy file"}, {1 << 20, "none at 1048576"}, {256 - 4, "is not a .npy file"}};
+    for (int k = 0; k < 3; k++) {
+        char place[4096];
+        NphArray array;
+        snprintf(place, sizeof place, "%s@%lld", path, (long long)wrong[k].offset);
+        ck_assert_int_eq(nph_npy_read(context, place, &array), NPH_BAD_INPUT);
+        ck_assert_msg(strstr(nph_test_messages(), wrong[k].words), "%s", nph_test_messages());
+    }
+    /* cut in the middle of the last one: what is missing is said, and nothing is allocated for what a header claims */
+    ck_assert_int_eq(truncate(path, (off_t)begins[2] + 130), 0);
+    char place[4096];
+    NphArray array;
+    snprintf(place, sizeof place, "%s@%lld", path, (long long)begins[2]);
+    ck_assert_int_eq(nph_npy_read(context, place, &array), NPH_BAD_INPUT);
+    ck_assert_msg(strstr(nph_test_messages(), "2 bytes follow the header"), "%s", nph_test_messages());
+    nph_test_context_close(context);
+}
+END_TEST
+
 static void fill(TCase *cases) {
+    tcase_add_test(cases, arrays_one_after_the_other_are_read_from_where_they_begin);
     tcase_add_test(cases, every_version_and_rank_is_read);
     tcase_add_test(cases, every_type_is_read_in_both_byte_orders);
     tcase_add_test(cases, fortran_order_becomes_c_order);

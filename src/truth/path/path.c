@@ -295,7 +295,10 @@ static int64_t first_wrong(const NphView *view, int64_t least, int64_t most) {
 }
 
 /* What indexes something, and where paths are: others' inputs may hold anything. */
-static NphStatus check_inputs(PathState *state, PathWorker *worker, const NphStage *stage) {
+static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
+    PathState *state = opaque;
+    PathWorker *worker = &state->workers[index];
+    const NphStage *stage = &stages[launch->stage];
     static const int checked[] = {NPH_PATH_ID, NPH_PATH_HERO, NPH_PATH_RAY, NPH_PATH_ORIGIN, NPH_PATH_DISTANCE, NPH_PATH_MEDIUM,
                                   NPH_PATH_SURFACE, NPH_PATH_TOUCH, NPH_PATH_COLLIDING, NPH_PATH_TOUCHING, NPH_PATH_LEAVING};
     int media = 0, paths = state->kernels.count(worker->batch);
@@ -318,11 +321,9 @@ static NphStatus check_inputs(PathState *state, PathWorker *worker, const NphSta
     return NPH_OK;
 }
 
-static NphStatus launch_alone(void *opaque, int index, const NphLaunch *launch) {
+static void launch_alone(void *opaque, int index, const NphLaunch *launch) {
     PathState *state = opaque;
-    NPH_TRY(check_inputs(state, &state->workers[index], &stages[launch->stage]));
     launch_stage(state, &state->workers[index], launch);
-    return NPH_OK;
 }
 
 /* A block of the pool: one tile, all chunks of the pass; a request to stop is heard after each chunk. */
@@ -402,5 +403,6 @@ const NphMethod nph_path = {
     .begin_launch = begin_launch,
     .extend = extend,
     .view = view,
+    .check = check,
     .launch = launch_alone,
 };

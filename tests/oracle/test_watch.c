@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * nephos/watch.h: runs looked at and changed between their stages. */
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "harness.h"
+#include "nephos/nephos.h"
+
+static const char scene_text[] =
+    "nephos: 1\ncamera: {type: perspective, resolution: [18, 9], position: [-2, -1.5, 1.2], look_at: [0.5, 0.5, 0.5], fov: 40}\n"
+    "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 6, albedo: 0.95, phase: {type: hg, g: 0.8}}\n"
+    "lights:\n  - {type: sun, direction: [-1, 0.2, 0.3], irradiance: 3}\n  - {type: constant, radiance: 0.2}\n";
+
+typedef struct Watcher {
+    NphContext *context;
+    const char *stage, *buffer;
+    float factor;
+    int64_t stop; /* at the so manieth launch of the stage */
+    int wrong;    /* a value that is no place in memory */
+    int seen;
+    NphStatus outcome;
+    double mean;
+} Watcher;
+
+static NphScene *parse(NphContext *context) {
+    NphScene *scene = NULL;
+    ck_assert_int_eq(nph_scene_parse(context, scene_text, strlen(scene_text), "test.yaml", ".", &scene), NPH_OK);
+    return scene;
+}
+
+/* Mean of the picture's red; the status in *status. */
+static double render(NphContext *context, const NphWatch *watch, NphStatus *status) {
+    NphRenderOptions options;
+    NphFilm *film = NULL;
+    NphImage image = {0};
+    NphScene *scene = parse(context);
+    double sum = 0.0;
+    nph_render_options_default(&options);
+    options.samples = 16;
+    *status = watch ? nph_render_watched(context, scene, &options, watch, &film, NULL) : nph_render(context, scene, &options, &film, NULL);
+    if (*status == NPH_OK) {
+        ck_assert_int_eq(nph_film_image(context, film, &image), NPH_OK);
+        for (int i = 0; i < 18 * 9; i++) sum += (double)nph_image_channel(&image, "R")->pixels[i] / (18 * 9);
+        nph_image_free(context, &image);
+    }
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    return sum;
+}
+
+/* Reads a buffer and puts it back, times a factor. */
+static NphStatus change(void *user, NphWatched *watched) {
+    Watcher *w = user;
+    NphWatchedLaunch launch = nph_watched_launch(watched);
+    NphArray array = {0};
+    if (strcmp(launch.stage, w->stage) != 0) return NPH_OK;
+    w->seen++;
+    if (w->stop && w->seen == w->stop) return NPH_INTERRUPTED;
+    NphStatus status = nph_watched_read(watched, w->buffer, &array);
+    if (status == NPH_OK && array.type == NPH_F32)
+        for (int64_t i = 0; i < nph_array_count(&array); i++) ((float *)array.data)[i] *= w->factor;
+    if (status == NPH_OK && array.type == NPH_I32 && w->wrong && nph_array_count(&array) > 0) ((int32_t *)array.data)[0] = w->wrong;
+    if (status == NPH_OK) status = nph_watched_write(watched, w->buffer, &array);
+    nph_array_free(w->context, &array);
+    return status;
+}
+
+START_TEST(a_run_whose_buffers_are_read_and_put_back_is_the_same_run) {
+    static const char *const places[][2] = {{"path.generate", "path.ray"}, {"path.track", "path.distance"}, {"path.track", "path.colliding"},
+                                            {"path.scatter", "path.weight"}, {"path.shadow", "path.sample"}, {"path.accumulate", "film.node"}};
+    NphContext *context = nph_test_context(1);
+    NphStatus status;
+    double plain = render(context, NULL, &status);
+    ck_assert_int_eq(status, NPH_OK);
+    for (size_t p = 0; p < sizeof places / sizeof *places; p++) {
+        Watcher w = {.context = context, .stage = places[p][0], .buffer = places[p][1], .factor = 1.0f};
+        NphWatch watch = {&w, NULL, change};
+        ck_assert(render(context, &watch, &status) == plain);
+        ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+        ck_assert_int_gt(w.seen, 0);
+    }
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(what_is_written_is_what_the_run_goes_on_with) {
+    NphContext *context = nph_test_context(1);
+    NphStatus status;
+    double plain = render(context, NULL, &status);
+    Watcher w = {.context = context, .stage = "path.generate", .buffer = "path.weight", .factor = 2.0f};
+    NphWatch watch = {&w, NULL, change};
+    double twice = render(context, &watch, &status);
+    ck_assert_int_eq(status, NPH_OK);
+    ck_assert_msg(fabs(twice - 2.0 * plain) < 0.02 * plain, "%g, %g", twice, plain); /* roulette looks at weights: not quite twice */
+    w = (Watcher){.context = context, .stage = "path.accumulate", .buffer = "path.sample", .factor = 0.0f};
+    watch = (NphWatch){&w, change, NULL};
+    ck_assert(render(context, &watch, &status) == 0.0);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(what_cannot_be_is_refused_before_it_is_used) {
+    NphContext *context = nph_test_context(1);
+    NphStatus status;
+    Watcher w = {.context = context, .stage = "path.track", .buffer = "path.colliding", .wrong = 1 << 30};
+    NphWatch watch = {&w, NULL, change};
+    render(context, &watch, &status);
+    ck_assert_int_eq(status, NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "path.colliding"));
+    w = (Watcher){.context = context, .stage = "path.track", .buffer = "path.medium", .wrong = 77};
+    render(context, &watch, &status);
+    ck_assert_int_eq(status, NPH_BAD_INPUT);
+    w = (Watcher){.context = context, .stage = "path.track", .buffer = "path.nothing"};
+    render(context, &watch, &status);
+    ck_assert_int_eq(status, NPH_BAD_USAGE);
+    w = (Watcher){.context = context, .stage = "path.scatter", .buffer = "path.ray", .factor = 1.0f, .stop = 2};
+    render(context, &watch, &status);
+    ck_assert_int_eq(status, NPH_INTERRUPTED);
+    ck_assert_int_eq(w.seen, 2);
+    nph_test_context_close(context);
+}
+END_TEST
+
+static void *run(void *user) {
+    Watcher *w = user;
+    NphWatch watch = {w, change, NULL};
+    NphSettings settings;
+    nph_settings_default(&settings);
+    settings.threads = 1;
+    w->outcome = nph_context_open(&w->context, &settings);
+    if (w->outcome != NPH_OK) return NULL;
+    w->mean = render(w->context, &watch, &w->outcome);
+    nph_context_close(w->context);
+    return NULL;
+}
+
+START_TEST(two_contexts_in_two_threads_know_nothing_of_each_other) {
+    Watcher both[2] = {{.stage = "path.accumulate", .buffer = "path.sample", .factor = 1.0f},
+                       {.stage = "path.accumulate", .buffer = "path.sample", .factor = 4.0f}};
+    pthread_t threads[2];
+    for (int t = 0; t < 2; t++) ck_assert_int_eq(pthread_create(&threads[t], NULL, run, &both[t]), 0);
+    for (int t = 0; t < 2; t++) ck_assert_int_eq(pthread_join(threads[t], NULL), 0);
+    for (int t = 0; t < 2; t++) {
+        Watcher alone = {.stage = both[t].stage, .buffer = both[t].buffer, .factor = both[t].factor};
+        run(&alone);
+        ck_assert_int_eq(both[t].outcome, NPH_OK);
+        ck_assert(alone.mean == both[t].mean && alone.mean > 0.0);
+    }
+    ck_assert(both[1].mean == 4.0 * both[0].mean);
+}
+END_TEST
+
+static void fill(TCase *cases) {
+    tcase_add_test(cases, a_run_whose_buffers_are_read_and_put_back_is_the_same_run);
+    tcase_add_test(cases, what_is_written_is_what_the_run_goes_on_with);
+    tcase_add_test(cases, what_cannot_be_is_refused_before_it_is_used);
+    tcase_add_test(cases, two_contexts_in_two_threads_know_nothing_of_each_other);
+}
+
+int main(void) { return nph_test_main("watch", fill); }
