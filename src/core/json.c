@@ -15,8 +15,9 @@
 static void put(NphJson *json, const char *text) { json->write(json->user, text, strlen(text)); }
 
 static void break_line(NphJson *json) {
-    put(json, "\n");
-    for (int i = 0; i < json->depth; i++) put(json, "  ");
+    char line[1 + 2 * NPH_JSON_DEPTH] = "\n";
+    memset(line + 1, ' ', 2 * (size_t)json->depth);
+    json->write(json->user, line, 1 + 2 * (size_t)json->depth);
 }
 
 /* Bytes of the UTF-8 character at text, or 0 when it is none (overlong forms, surrogates and truncation included). */
@@ -34,10 +35,17 @@ static size_t character_bytes(const unsigned char *text) {
     return count;
 }
 
+static int is_plain(char c) { return c >= 0x20 && c < 0x7F && c != '"' && c != '\\'; }
+
 static void put_string(NphJson *json, const char *text) {
     static const char marks[] = "\"\\\b\f\n\r\t", letters[] = "\"\\bfnrt";
     put(json, "\"");
     while (*text) {
+        size_t plain = 0;
+        while (is_plain(text[plain])) plain++;
+        if (plain) json->write(json->user, text, plain);
+        text += plain;
+        if (!*text) break;
         size_t bytes = character_bytes((const unsigned char *)text);
         const char *mark = strchr(marks, *text);
         char escape[8];

@@ -313,24 +313,40 @@ NphStatus nph_array_write_npy(NphContext *context, const char *path, const NphAr
     return nph_npy_write(context, path, array);
 }
 
-NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t *size) {
+/* All of them, however often the system takes only a part. */
+static NphStatus write_parts(NphContext *context, int file, const char *path, struct iovec *parts, int count) {
+    while (count > 0) {
+        ssize_t written = writev(file, parts, count);
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(errno));
+        while (count > 0 && (size_t)written >= parts->iov_len) {
+            written -= (ssize_t)parts->iov_len;
+            parts++;
+            count--;
+        }
+        if (count == 0) break;
+        parts->iov_base = (char *)parts->iov_base + written;
+        parts->iov_len -= (size_t)written;
+    }
+    return NPH_OK;
+}
+
+NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t stride, int64_t *size) {
+    enum { PARTS = 64 };
     static const char gap[PADDING];
     char header[HEADER_MAX];
     size_t header_bytes = make_header(array, header), bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);
-    size_t left = header_bytes + (bytes + PADDING - 1) / PADDING * PADDING;
-    struct iovec parts[3] = {{header, header_bytes}, {array->data, bytes}, {(void *)gap, left - header_bytes - bytes}};
-    *size += (int64_t)left;
-    while (left > 0) {
-        ssize_t written = writev(file, parts, 3);
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(errno));
-        left -= (size_t)written;
-        for (int p = 0; p < 3; p++) {
-            size_t taken = (size_t)written < parts[p].iov_len ? (size_t)written : parts[p].iov_len;
-            parts[p].iov_base = (char *)parts[p].iov_base + taken;
-            parts[p].iov_len -= taken;
-            written -= (ssize_t)taken;
-        }
+    size_t total = header_bytes + (bytes + PADDING - 1) / PADDING * PADDING;
+    int64_t rows = stride && bytes ? array->shape[0] : 1;
+    struct iovec parts[PARTS] = {{header, header_bytes}};
+    int count = 1;
+    for (int64_t r = 0; r < rows; r++) {
+        parts[count++] = (struct iovec){(char *)array->data + r * stride, bytes / (size_t)rows};
+        if (count < PARTS - 1) continue;
+        NPH_TRY(write_parts(context, file, path, parts, count));
+        count = 0;
     }
-    return NPH_OK;
+    parts[count++] = (struct iovec){(void *)gap, total - header_bytes - bytes};
+    *size += (int64_t)total;
+    return write_parts(context, file, path, parts, count);
 }

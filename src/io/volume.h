@@ -75,8 +75,9 @@ NphStatus nph_vdb_list(NphContext *context, const char *path, NphGridInfo **grid
  * begins at that byte of a file, whatever follows it. */
 NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);
 NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *array);
-/* The same at the end of an open file, whose size, a multiple of 64, grows to the next one. path: for messages. */
-NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t *size);
+/* The same at the end of an open file, whose size, a multiple of 64, grows to the next one. path: for messages.
+ * stride: bytes from one row of the first axis to the next, 0 where there are no gaps. */
+NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t stride, int64_t *size);
 
 /* LES text (water content and effective radius on lattice points), both layouts of the field: comma separated with a
  * column line, and SHDOM's blank separated one. Knows no physics. */

@@ -45,8 +45,6 @@ typedef struct Worker {
     size_t record_room, use_room;
     int record_count, use_count;
     Use now[NPH_MAX_BUFFERS]; /* what holds each buffer; file[0] 0: nothing does */
-    char *scratch;
-    size_t scratch_bytes;
     int file;         /* of the batch under way; -1 */
     int64_t file_batch, file_bytes;
 } Worker;
@@ -106,23 +104,13 @@ static NphStatus add_record(Dump *dump, Worker *worker, const NphLaunch *launch)
     return NPH_OK;
 }
 
-/* The rows of a view, without gaps. */
-static NphStatus gather(Dump *dump, Worker *worker, const NphView *view, size_t *bytes) {
-    size_t element = nph_type_size(view->type), row = element, rows = view->rank > 1 ? (size_t)view->shape[0] : 1;
-    for (int a = view->rank > 1; a < view->rank; a++) row *= (size_t)view->shape[a];
-    *bytes = row * rows;
-    if (*bytes > worker->scratch_bytes) {
-        void *larger = NULL;
-        nph_free(dump->context, worker->scratch);
-        worker->scratch = NULL;
-        worker->scratch_bytes = 0;
-        NPH_TRY(nph_alloc(dump->context, *bytes, 1, "rows of a buffer", &larger));
-        worker->scratch = larger;
-        worker->scratch_bytes = *bytes;
-    }
-    for (size_t r = 0; r < rows && row; r++)
-        memcpy(worker->scratch + r * row, (const char *)view->data + r * (size_t)view->stride * element, row);
-    return NPH_OK;
+/* Of the elements, row by row: as if they lay without gaps. */
+static void digest_rows(const NphView *view, size_t row, size_t rows, char text[NPH_DIGEST_TEXT]) {
+    NphDigest digest;
+    nph_digest_begin(&digest);
+    for (size_t r = 0; r < rows; r++)
+        nph_digest_add(&digest, (const char *)view->data + r * (size_t)view->stride * nph_type_size(view->type), row);
+    nph_digest_end(&digest, text);
 }
 
 static NphStatus close_file(Dump *dump, Worker *worker) {
@@ -134,7 +122,8 @@ static NphStatus close_file(Dump *dump, Worker *worker) {
 }
 
 /* To the file of the batch, which holds its arrays one after the other. */
-static NphStatus append(Dump *dump, Worker *worker, const NphLaunch *launch, const NphArray *array, Use *use) {
+static NphStatus append(Dump *dump, Worker *worker, const NphLaunch *launch, const NphArray *array, int64_t stride,
+                        Use *use) {
     char path[4096];
     if (worker->file < 0 || worker->file_batch != launch->batch) {
         worker->file_bytes = 0;
@@ -146,36 +135,38 @@ static NphStatus append(Dump *dump, Worker *worker, const NphLaunch *launch, con
     snprintf(path, sizeof path, "%s/%06lld.npys", dump->options->folder, (long long)launch->batch);
     if (worker->file < 0) worker->file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (worker->file < 0) return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: cannot be made: %s", path, strerror(errno));
-    return nph_npy_append(dump->context, worker->file, path, array, &worker->file_bytes);
+    return nph_npy_append(dump->context, worker->file, path, array, array->rank > 1 ? stride : 0, &worker->file_bytes);
 }
 
 /* Writes a buffer as it stands; worker->now[buffer] is then its file: the one that held it before where nothing has changed. */
 static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index, const NphLaunch *launch, int buffer) {
     NphView view;
     Use *use = &worker->now[buffer], made = {.buffer = buffer};
-    size_t bytes;
+    size_t row, rows;
     if (!dump->method->view(state, index, buffer, &view)) {
         use->file[0] = 0;
         return NPH_OK;
     }
-    NPH_TRY(gather(dump, worker, &view, &bytes));
+    rows = view.rank > 1 ? (size_t)view.shape[0] : 1;
+    row = nph_type_size(view.type);
+    for (int a = view.rank > 1; a < view.rank; a++) row *= (size_t)view.shape[a];
     made.rank = view.rank;
     made.type = view.type;
     memcpy(made.shape, view.shape, sizeof made.shape);
-    nph_digest_text(worker->scratch, bytes, made.digest);
+    digest_rows(&view, row, rows, made.digest);
     if (use->file[0] && use->rank == made.rank && strcmp(use->digest, made.digest) == 0 &&
         memcmp(use->shape, made.shape, sizeof made.shape) == 0)
         return NPH_OK;
     *use = made;
     pthread_mutex_lock(&dump->lock);
-    uint64_t all = dump->bytes += bytes + 128;
+    uint64_t all = dump->bytes += row * rows + 128;
     pthread_mutex_unlock(&dump->lock);
     if (dump->write && all > dump->options->limit_bytes)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
                          "allow more (--dump-limit)", (double)dump->options->limit_bytes / 1048576.0);
-    NphArray array = {view.type, view.rank, {0}, worker->scratch};
+    NphArray array = {view.type, view.rank, {0}, view.data};
     for (int a = 0; a < NPH_MAX_RANK; a++) array.shape[a] = a < view.rank ? view.shape[a] : 1;
-    return append(dump, worker, launch, &array, use);
+    return append(dump, worker, launch, &array, view.stride * (int64_t)nph_type_size(view.type), use);
 }
 
 static NphStatus before(void *user, void *state, int index, const NphLaunch *launch) {
@@ -411,7 +402,6 @@ static void close_dump(Dump *dump) {
         if (dump->workers[w].file >= 0) close(dump->workers[w].file); /* of a run that failed */
         nph_free(dump->context, dump->workers[w].records);
         nph_free(dump->context, dump->workers[w].uses);
-        nph_free(dump->context, dump->workers[w].scratch);
     }
     nph_free(dump->context, dump->workers);
     pthread_mutex_destroy(&dump->lock);

@@ -291,7 +291,7 @@ START_TEST(arrays_one_after_the_other_are_read_from_where_they_begin) {
         ck_assert_int_eq(nph_array_new(context, k == 1 ? NPH_I32 : NPH_F32, 2, shapes[k], "test", &array), NPH_OK);
         for (int64_t i = 0; i < nph_array_count(&array); i++) ((float *)array.data)[i] = (float)(10 * k + i);
         begins[k + 1] = begins[k];
-        ck_assert_int_eq(nph_npy_append(context, descriptor, path, &array, &begins[k + 1]), NPH_OK);
+        ck_assert_int_eq(nph_npy_append(context, descriptor, path, &array, 0, &begins[k + 1]), NPH_OK);
         ck_assert_int_eq(begins[k + 1] % 64, 0);
         nph_array_free(context, &array);
     }

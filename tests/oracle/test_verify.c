@@ -113,7 +113,7 @@ static void store(const char *place, const NphArray *array) {
     int file = open(path, O_WRONLY);
     ck_assert_int_ge(file, 0);
     ck_assert_int_eq(lseek(file, atoll(at + 1), SEEK_SET), atoll(at + 1));
-    ck_assert_int_eq(nph_npy_append(context, file, path, array, &size), NPH_OK);
+    ck_assert_int_eq(nph_npy_append(context, file, path, array, 0, &size), NPH_OK);
     ck_assert_int_eq(close(file), 0);
 }
 
