@@ -17,16 +17,17 @@ static NphStatus tell(Info *info, int as_json) {
         [NPH_FILE_VOL] = info_vol, [NPH_FILE_PBRT] = info_pbrt, [NPH_FILE_LES] = info_les, [NPH_FILE_PHASE] = info_phase, [NPH_FILE_PART] = info_part, [NPH_FILE_SCENE] = info_scene,
     };
     NphFileKind kind = NPH_FILE_UNKNOWN;
-    NPH_TRY(nph_file_kind(info->context, info->path, &kind));
-    if (!functions[kind])
+    int is_dump = info_is_dump(info->path);
+    if (!is_dump) NPH_TRY(nph_file_kind(info->context, info->path, &kind));
+    if (!is_dump && !functions[kind])
         return nph_error(info->context, NPH_BAD_INPUT,
                          "%s: this is %s; info reads OpenEXR, .nvdb, .vdb, .npy, .vol, .pbrt, LES text, phase"
-                         " tables, part files and scenes",
+                         " tables, part files, scenes and dumps",
                          info->path, nph_file_kind_name(kind));
     if (facts_begin(&info->facts, as_json) != NPH_OK) return nph_error(info->context, NPH_NO_MEMORY, "no memory");
     facts_text(&info->facts, "file", info->path);
-    facts_text(&info->facts, "kind", nph_file_kind_name(kind));
-    return facts_finish(&info->facts, functions[kind](info));
+    facts_text(&info->facts, "kind", is_dump ? "a dump" : nph_file_kind_name(kind));
+    return facts_finish(&info->facts, is_dump ? info_dump(info) : functions[kind](info));
 }
 
 static NphStatus run(const Command *command, int argc, char **argv) {
@@ -48,10 +49,11 @@ static NphStatus run(const Command *command, int argc, char **argv) {
 const Command command_info = {
     .name = "info",
     .arguments = "FILE [--json]",
-    .summary = "what a volume, picture, part file or scene holds",
+    .summary = "what a volume, picture, part file, scene or dump holds",
     .before = "Tells format, size, range, mean, active part, transform and the optical depth along the axes of a volume\n"
               "(.nvdb, .vdb, .npy, .vol, .pbrt, LES text); channels, attributes and noise of a picture (OpenEXR) or part file;\n"
-              "mean cosine, peak and back part of a table of a phase function; sensor, media and lights of a scene. The kind is told from the contents, not from the name.\n",
+              "mean cosine, peak and back part of a table of a phase function; sensor, media and lights of a scene; run, stages, buffers and\n"
+              "their ranges of a dump. The kind is told from the contents, not from the name.\n",
     .examples = "  nephos info cloud.nvdb\n"
                 "  nephos info picture.exr --json\n",
     .files_min = 1,

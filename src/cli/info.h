@@ -24,4 +24,8 @@ NphStatus info_les(Info *info);
 NphStatus info_phase(Info *info);
 NphStatus info_scene(Info *info);
 
+/* A folder, or its manifest.json. */
+int info_is_dump(const char *path);
+NphStatus info_dump(Info *info);
+
 #endif

@@ -75,6 +75,9 @@ START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
     const Ran *run = program_run((const char *const[]){"verify", reference, reference, NULL});
     ck_assert_int_eq(run->status, 0);
     ck_assert_ptr_nonnull(strstr(run->out, "passed: "));
+    run = program_run((const char *const[]){"info", reference, NULL});
+    ck_assert_int_eq(run->status, 0);
+    ck_assert_ptr_nonnull(strstr(run->out, "path.track"));
     RUN_EXPECT(0, "stage", "path.track", "--from", reference, "--launch", "5:1", "-o", tracked);
     check_that_stage_wrote_the_dumps("path.distance");
     snprintf(path, sizeof path, "path.ray=%s/path.distance.npy", tracked);
