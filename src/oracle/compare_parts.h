@@ -34,7 +34,8 @@ typedef struct NphPicturePair {
     int has_variance;      /* in both pictures */
     int64_t unusable;      /* first pixel whose variance says nothing (one sample, out of range); -1: none */
     int few_images;        /* pixels of A or B share samples, and there are too few of them for an error bar */
-    int paired;            /* same scene and seed: the noise is correlated */
+    int one_law;           /* the samples may be of one law: not where both name a method, and another one */
+    int paired;            /* same scene, method and seed: the noise is correlated */
     int64_t pixels, identical;
     double luminance_a, luminance_b; /* means over the picture */
 } NphPicturePair;

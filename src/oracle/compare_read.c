@@ -169,7 +169,9 @@ NphStatus nph_pair_read(NphContext *context, const NphImage *a, const NphImage *
     made.channels = is_grey(&made.a, made.pixels) && is_grey(&made.b, made.pixels) ? 1 : 3;
     scan_pixels(&made);
     int same_scene = same_attribute(a, b, "scene") || same_attribute(a, b, "digest");
-    int same_words = same_scene && same_attribute(a, b, "seed") && !made.a.shared && !made.b.shared;
+    int both_say = nph_image_attribute(a, "method") && nph_image_attribute(b, "method");
+    made.one_law = !both_say || same_attribute(a, b, "method");
+    int same_words = same_scene && made.one_law && same_attribute(a, b, "seed") && !made.a.shared && !made.b.shared;
     made.paired = same_words || made.identical == made.pixels;
     *pair = made;
     return NPH_OK;

@@ -40,10 +40,10 @@ static Noise noise_of(const float *variance, const float *vovs, int64_t pixel, d
 /* With s^2 the variance per sample, N s^2's estimate in each picture and f = N - 1:
  * own    = sA^2 / NA + sB^2 / NB
  * pooled = (fA sA^2 + fB sB^2) / (fA + fB) (1 / NA + 1 / NB) */
-static NphPixelNoise join_noise(Noise a, Noise b) {
+static NphPixelNoise join_noise(Noise a, Noise b, int one_law) {
     double variance = a.variance + b.variance, spread = a.spread + b.spread;
     NphPixelNoise noise = {variance, spread, variance, spread};
-    if (a.samples >= 2.0 && b.samples >= 2.0 && a.samples != b.samples) {
+    if (one_law && a.samples >= 2.0 && b.samples >= 2.0 && a.samples != b.samples) {
         double per_mean = (1.0 / a.samples + 1.0 / b.samples) / (a.samples + b.samples - 2.0);
         double weight_a = per_mean * (a.samples - 1.0) * a.samples, weight_b = per_mean * (b.samples - 1.0) * b.samples;
         noise.pooled = weight_a * a.variance + weight_b * b.variance;
@@ -58,7 +58,7 @@ static Noise pixel_noise(const NphPicture *picture, int channel, int64_t pixel) 
 }
 
 NphPixelNoise nph_pixel_noise(const NphPicturePair *pair, int channel, int64_t pixel) {
-    return join_noise(pixel_noise(&pair->a, channel, pixel), pixel_noise(&pair->b, channel, pixel));
+    return join_noise(pixel_noise(&pair->a, channel, pixel), pixel_noise(&pair->b, channel, pixel), pair->one_law);
 }
 
 typedef struct Sums {
@@ -66,13 +66,13 @@ typedef struct Sums {
     NphPixelNoise noise;
     double own_square, pooled_square; /* sums of squares of all samples' differences, over N^2 */
     double noise_a, noise_b;
-    int unknown;                      /* some number of samples is */
+    int unknown;                      /* some number of samples is, or the samples are of two laws */
 } Sums;
 
 /* Adds what both pictures say of one difference d: of a pixel, or of the whole region. To the sum of squares about 0
  * instead of about the mean: (1 - 1/N) of the variance, and d^2 / N. */
-static void add_noise(Noise a, Noise b, double d, Sums *sums) {
-    NphPixelNoise joint = join_noise(a, b), *noise = &joint;
+static void add_noise(Noise a, Noise b, int one_law, double d, Sums *sums) {
+    NphPixelNoise joint = join_noise(a, b, one_law), *noise = &joint;
     double least = a.samples < b.samples ? a.samples : b.samples;
     sums->noise_a += a.variance;
     sums->noise_b += b.variance;
@@ -80,7 +80,7 @@ static void add_noise(Noise a, Noise b, double d, Sums *sums) {
     sums->noise.own_spread += noise->own_spread;
     sums->noise.pooled += noise->pooled;
     sums->noise.pooled_spread += noise->pooled_spread;
-    if (least < 2.0) {
+    if (least < 2.0 || !one_law) {
         sums->unknown = 1;
         return;
     }
@@ -106,7 +106,7 @@ static void add_region_noise(const NphPicturePair *pair, NphRect rect, int chann
     if (pair->a.shared) a = region_noise(&pair->a, rect, first, channel, sums->count);
     if (pair->b.shared) b = region_noise(&pair->b, rect, first, channel, sums->count);
     if (!pair->a.shared || !pair->b.shared) sums->unknown = 1;
-    add_noise(a, b, sums->a - sums->b, sums);
+    add_noise(a, b, pair->one_law, sums->a - sums->b, sums);
 }
 
 static Sums add_up(const NphPicturePair *pair, NphRect rect, int channel) {
@@ -122,7 +122,7 @@ static Sums add_up(const NphPicturePair *pair, NphRect rect, int channel) {
             sums.b += (double)b[i];
             sums.luminance_b += nph_pixel_luminance(&pair->b, i);
             sums.identical += a[i] == b[i];
-            if (!pair->a.shared || !pair->b.shared) add_noise(noise_a, noise_b, (double)a[i] - (double)b[i], &sums);
+            if (!pair->a.shared || !pair->b.shared) add_noise(noise_a, noise_b, pair->one_law, (double)a[i] - (double)b[i], &sums);
         }
     }
     sums.count = (double)(rect.x1 - rect.x0) * (double)(rect.y1 - rect.y0);

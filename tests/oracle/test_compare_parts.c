@@ -136,6 +136,36 @@ START_TEST(the_evidence_of_a_region_is_the_formula) {
 }
 END_TEST
 
+/* 8 against 32 samples of equal variance of the mean: pooled, that of A's is larger. */
+START_TEST(pictures_of_two_methods_do_not_lend_each_other_their_variance) {
+    static const char *const methods[4][2] = {{NULL, NULL}, {"path", "path"}, {"path", NULL}, {"path", "single"}};
+    double pooled = (7.0 * 0.08 + 31.0 * 0.32) / 38.0 * (1.0 / 8 + 1.0 / 32);
+    for (int m = 0; m < 4; m++) {
+        NphImage images[2] = {synthetic_image(context, 2, 2, 8), synthetic_image(context, 2, 2, 32)};
+        NphPicturePair pair;
+        NphEvidence evidence;
+        for (int k = 0; k < 2; k++) {
+            for (int c = 0; c < 3; c++)
+                for (int i = 0; i < 4; i++) {
+                    synthetic_plane(&images[k], synthetic_names[c][0])[i] = 1.0f + 0.1f * (float)k;
+                    synthetic_plane(&images[k], synthetic_names[c][1])[i] = 0.01f;
+                    synthetic_plane(&images[k], synthetic_names[c][2])[i] = 0.5f;
+                    synthetic_plane(&images[k], "N")[i] = k ? 32.0f : 8.0f;
+                }
+            if (methods[m][k]) ck_assert_int_eq(nph_image_set_text(context, &images[k], "method", methods[m][k]), NPH_OK);
+        }
+        ck_assert_int_eq(nph_pair_read(context, &images[0], &images[1], &pair), NPH_OK);
+        ck_assert_int_eq(pair.one_law, m < 3);
+        nph_region_weigh(&pair, (NphRect){0, 0, 2, 2, 0}, 0, 0.1, &evidence);
+        ck_assert_double_eq_tol(evidence.standard_error, sqrt(4.0 * (m < 3 ? pooled : 0.02)) / 4.0, 1e-8);
+        /* exchanging samples bounds p by a normal's; of two laws there is Student's alone */
+        double student = 2.0 * nph_student_lower(-0.1 / evidence.standard_error, evidence.dof);
+        if (m == 3) ck_assert_double_eq_tol(evidence.p_equal, student, 1e-6);
+        for (int k = 0; k < 2; k++) nph_image_free(context, &images[k]);
+    }
+}
+END_TEST
+
 /* Sixteen pixels with the same random numbers, differences -1, 3, -1, 3, ... (in units of 0.01): mean 1, deviations all
  * 2, so the standard error is 0.02 / sqrt(15), and the fourth moment that of two points: the floor 2 / 15 of Vov. */
 START_TEST(the_evidence_of_pairs_is_the_formula_at_the_price_of_two_tests) {
@@ -288,6 +318,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, what_cannot_be_compared_is_refused_by_name);
     tcase_add_test(cases, options_out_of_range_are_refused);
     tcase_add_test(cases, the_evidence_of_a_region_is_the_formula);
+    tcase_add_test(cases, pictures_of_two_methods_do_not_lend_each_other_their_variance);
     tcase_add_test(cases, the_evidence_of_pairs_is_the_formula_at_the_price_of_two_tests);
     tcase_add_test(cases, identical_tiles_of_a_pair_are_exactly_equal);
     tcase_add_test(cases, metrics_are_of_luminance_and_relative_to_b);
