@@ -19,6 +19,7 @@
 #include "io/volume.h"
 #include "method/job.h"
 #include "oracle/digest.h"
+#include "oracle/facts.h"
 #include "oracle/stages.h"
 
 enum { FILE_NAME = 96 };
@@ -56,6 +57,7 @@ typedef struct Dump {
     int thread_count;
     pthread_mutex_t lock;
     uint64_t bytes;   /* of all workers, under the lock */
+    uint64_t once;    /* of them, what is written once: NPH_BATCH_OF_SCENE */
     Worker *workers;
 } Dump;
 
@@ -63,8 +65,10 @@ void nph_dump_options_default(NphDumpOptions *options) {
     *options = (NphDumpOptions){.launch = -1, .batch = -1, .limit_bytes = (uint64_t)4 << 30};
 }
 
+/* What is launched once is always written: no stage can be ported without what media hold. */
 static int is_selected(const Dump *dump, const NphLaunch *launch) {
     const NphDumpOptions *o = dump->options;
+    if (launch->batch == NPH_BATCH_OF_SCENE) return 1;
     return (dump->stage < 0 || launch->stage == dump->stage) && (o->launch < 0 || launch->number == o->launch) &&
            (o->batch < 0 || launch->batch == o->batch) && (dump->tile < 0 || launch->arguments[0] == dump->tile);
 }
@@ -121,11 +125,16 @@ static NphStatus gather(Dump *dump, Worker *worker, const NphView *view, size_t 
     return NPH_OK;
 }
 
+static void batch_folder(const NphLaunch *launch, char name[FILE_NAME / 2]) {
+    if (launch->batch == NPH_BATCH_OF_SCENE) snprintf(name, FILE_NAME / 2, "scene");
+    else snprintf(name, FILE_NAME / 2, "%06lld", (long long)launch->batch);
+}
+
 /* Writes a buffer as it stands; worker->now[buffer] is then its file: the one that held it before where nothing has changed. */
 static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index, const NphLaunch *launch, int buffer, int input) {
     NphView view;
     Use *use = &worker->now[buffer], made = {.buffer = buffer};
-    char path[4096];
+    char path[4096], folder[FILE_NAME / 2];
     size_t bytes;
     if (!dump->method->view(state, index, buffer, &view)) {
         use->file[0] = 0;
@@ -142,9 +151,11 @@ static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index
     *use = made;
     pthread_mutex_lock(&dump->lock);
     uint64_t all = dump->bytes += bytes + 128;
+    if (launch->batch == NPH_BATCH_OF_SCENE) dump->once += bytes + 128;
     pthread_mutex_unlock(&dump->lock);
-    snprintf(use->file, sizeof use->file, "%06lld/%05lld.%s%s.npy", (long long)launch->batch, (long long)launch->number,
-             input ? "in." : "", dump->method->buffers[buffer].name);
+    batch_folder(launch, folder);
+    snprintf(use->file, sizeof use->file, "%s/%05lld.%s%s.npy", folder, (long long)launch->number, input ? "in." : "",
+             dump->method->buffers[buffer].name);
     if (!dump->write) return NPH_OK;
     if (all > dump->options->limit_bytes)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
@@ -156,8 +167,9 @@ static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index
 }
 
 static NphStatus make_folder(Dump *dump, const NphLaunch *launch) {
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%06lld", dump->options->folder, (long long)launch->batch);
+    char path[4096], folder[FILE_NAME / 2];
+    batch_folder(launch, folder);
+    snprintf(path, sizeof path, "%s/%s", dump->options->folder, folder);
     if (!dump->write || mkdir(path, 0777) == 0 || errno == EEXIST) return NPH_OK;
     return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: cannot be made: %s", path, strerror(errno));
 }
@@ -166,7 +178,8 @@ static NphStatus before(void *user, void *state, int index, const NphLaunch *lau
     Dump *dump = user;
     Worker *worker = &dump->workers[index];
     const NphStage *stage = &dump->method->stages[launch->stage];
-    for (int b = 0; b < dump->method->buffer_count && launch->number == 0; b++) worker->now[b].file[0] = 0;
+    int alone = launch->number == 0 || launch->batch == NPH_BATCH_OF_SCENE;
+    for (int b = 0; b < dump->method->buffer_count && alone; b++) worker->now[b].file[0] = 0;
     if (!is_selected(dump, launch)) return NPH_OK;
     NPH_TRY(make_folder(dump, launch));
     NPH_TRY(add_record(dump, worker, launch));
@@ -351,9 +364,11 @@ static NphStatus write_manifest(Dump *dump, const NphJob *job, const char *scene
         json_job(&json, job, dump->method, scene_name);
         json_stages(&json, dump->method);
         json_buffers(&json, dump->method, job->precision);
+        status = nph_json_facts(&json, dump->method, job);
         json_launches(&json, dump, records, count);
         nph_json_close(&json);
-        status = nph_writer_commit(dump->context, &writer);
+        NphStatus written = nph_writer_commit(dump->context, &writer);
+        status = status == NPH_OK ? written : status;
     }
     nph_free(dump->context, records);
     return status;
@@ -428,8 +443,9 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     NPH_TRY(open_dump(&dump, job, &all));
     NphTap tap = {&dump, before, after};
     NphStatus status = nph_render_tapped(job->context, scene, &few, &tap, &film, NULL);
-    *bytes = (double)dump.bytes;
+    *bytes = (double)(dump.bytes - dump.once);
     *bytes *= one ? 1.0 / tiles : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
+    *bytes += (double)dump.once;
     close_dump(&dump);
     nph_film_free(job->context, film);
     return status;

@@ -25,6 +25,9 @@ typedef struct NphJob {
     const NphTap *tap;           /* NULL: nobody looks */
 } NphJob;
 
+/* Takes numbers that a port needs beside the buffers; medium: of the scene, or -1. */
+typedef void (*NphFactFn)(void *user, int medium, const char *name, int count, const double *values);
+
 typedef struct NphMethod {
     const char *name, *summary;
     const NphKnob *knobs;
@@ -57,6 +60,8 @@ typedef struct NphMethod {
     /* Where the buffer lies and how large it is now; 0 where this scene has none. */
     int (*view)(void *state, int worker, int buffer, NphView *view);
     NphStatus (*launch)(void *state, int worker, const NphLaunch *launch); /* NPH_BAD_INPUT: values that no run could have */
+    /* Tells what kernels know of the scene, in the run's precision: first of the whole, then medium by medium. */
+    NphStatus (*facts)(const NphJob *job, NphFactFn fact, void *user);
 } NphMethod;
 
 #endif
