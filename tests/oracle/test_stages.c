@@ -238,8 +238,114 @@ START_TEST(dumps_beyond_their_limit_are_refused_before_the_run) {
 }
 END_TEST
 
+/* What is written once is counted once: more samples do not multiply it, and it alone can be too much. */
+START_TEST(the_density_of_a_grid_counts_once_in_the_forecast) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, scenes[4]);
+    NphRenderOptions options;
+    NphDumpOptions what;
+    NphFilm *film = NULL;
+    double mebibytes[2];
+    nph_render_options_default(&options);
+    nph_dump_options_default(&what);
+    what.folder = nph_test_temporary("once");
+    what.stage = "path.generate"; /* of a batch as good as nothing */
+    what.limit_bytes = 1 << 20;
+    for (int k = 0; k < 2; k++) {
+        options.samples = k ? 64 : 16;
+        ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_NO_MEMORY);
+        const char *said = strstr(nph_test_messages(), "the dump will take about ");
+        ck_assert_ptr_nonnull(said);
+        mebibytes[k] = strtod(said + strlen("the dump will take about "), NULL);
+    }
+    const NphGrid *grid = &scene->media[0].grid;
+    double dense = (double)grid->n[0] * grid->n[1] * grid->n[2] * 4.0 / 1048576.0;
+    printf("    16 samples: %.1f MiB, 64: %.1f MiB; density %.1f MiB\n", mebibytes[0], mebibytes[1], dense);
+    ck_assert_double_gt(mebibytes[0], dense);
+    ck_assert_double_lt(mebibytes[0], 1.3 * dense);
+    ck_assert_double_gt(mebibytes[1], mebibytes[0]);
+    ck_assert_double_lt(mebibytes[1], 1.9 * dense);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+/* What the stage makes of the dense samples is what the run walks. Sampled lattices that are no multiple of a brick or a cell. */
+START_TEST(dumped_majorants_are_those_that_the_run_walks) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, scenes[3]);
+    NphRenderOptions options;
+    NphDumpOptions what;
+    NphManifest manifest;
+    NphFilm *film = NULL;
+    NphArray bound, density;
+    nph_render_options_default(&options);
+    options.samples = 16;
+    nph_dump_options_default(&what);
+    what.folder = nph_test_temporary("majorants");
+    what.batch = 1;
+    what.stage = "path.generate";
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_OK);
+    ck_assert_int_eq(nph_manifest_read(context, what.folder, &manifest), NPH_OK);
+    ck_assert_int_eq(manifest.launch_count, 2); /* whatever is selected, what media hold is there */
+    const NphManifestLaunch *launch = &manifest.launches[0];
+    ck_assert_str_eq(launch->stage, "path.majorant");
+    ck_assert_int_eq(launch->batch, -1);
+    ck_assert_int_eq(launch->arguments[4], 1);
+    ck_assert_int_eq(nph_manifest_array(context, &manifest, launch->outputs[0].file, &bound), NPH_OK);
+    ck_assert_int_eq(nph_manifest_array(context, &manifest, launch->inputs[0].file, &density), NPH_OK);
+    const NphGrid *grid = &scene->media[1].grid;
+    for (int a = 0; a < 3; a++) {
+        ck_assert_int_eq(bound.shape[a], grid->majorant.n[2 - a]);
+        ck_assert_int_eq(density.shape[a], grid->n[2 - a]);
+    }
+    ck_assert_int_eq(memcmp(bound.data, grid->majorant.cells, (size_t)nph_array_count(&bound) * sizeof(float)), 0);
+    nph_array_free(context, &bound);
+    nph_array_free(context, &density);
+    nph_manifest_free(context, &manifest);
+    remove_folder(what.folder);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(a_medium_without_majorants_is_refused) {
+    int64_t arguments[5] = {0, 0, 0, 0, 0};
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, scenes[3]);
+    NphRenderOptions options;
+    NphStages *stages = NULL;
+    NphNamedArray outputs[NPH_MAX_BUFFERS], input = {.name = "path.density"};
+    int count = 0;
+    nph_render_options_default(&options);
+    ck_assert_int_eq(nph_stages_open(context, scene, &options, &stages), NPH_OK);
+    ck_assert_int_eq(nph_stages_run(stages, "path.majorant", arguments, 0, NULL, &count, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "medium 0: is no grid"));
+    arguments[4] = 2;
+    ck_assert_int_eq(nph_stages_run(stages, "path.majorant", arguments, 0, NULL, &count, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "medium 2: the scene has no such medium"));
+    arguments[4] = 1;
+    ck_assert_int_eq(nph_array_new(context, NPH_F32, 3, (int64_t[]){3, 3, 3}, "density", &input.array), NPH_OK);
+    ck_assert_int_eq(nph_stages_run(stages, "path.majorant", arguments, 1, &input, &count, outputs), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "input path.density: axis 0 has 3 elements, expected "));
+    nph_array_free(context, &input.array);
+    const int32_t *n = scene->media[1].grid.n;
+    ck_assert_int_eq(nph_array_new(context, NPH_F32, 3, (int64_t[]){n[2], n[1], n[0]}, "density", &input.array), NPH_OK);
+    ((float *)input.array.data)[n[0] + 2] = -1.0f;
+    ck_assert_int_eq(nph_stages_run(stages, "path.majorant", arguments, 1, &input, &count, outputs), NPH_BAD_INPUT);
+    char said[96];
+    snprintf(said, sizeof said, "input path.density: value %d is no density", n[0] + 2);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), said));
+    nph_array_free(context, &input.array);
+    nph_stages_close(stages);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(inputs_that_do_not_fit_are_named) {
-    static const int64_t arguments[4] = {0, 0, 0, 0}, beyond[4] = {99, 0, 0, 0};
+    static const int64_t arguments[5] = {0, 0, 0, 0, 0}, beyond[5] = {99, 0, 0, 0, 0};
     NphContext *context = nph_test_context(1);
     NphScene *scene = parse(context, scenes[0]);
     NphRenderOptions options;
@@ -286,6 +392,9 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_dump_does_not_depend_on_threads);
     tcase_add_test(cases, a_selection_writes_its_launches_and_their_inputs);
     tcase_add_test(cases, dumps_beyond_their_limit_are_refused_before_the_run);
+    tcase_add_test(cases, the_density_of_a_grid_counts_once_in_the_forecast);
+    tcase_add_test(cases, dumped_majorants_are_those_that_the_run_walks);
+    tcase_add_test(cases, a_medium_without_majorants_is_refused);
     tcase_add_test(cases, inputs_that_do_not_fit_are_named);
 }
 
