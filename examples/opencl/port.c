@@ -63,10 +63,13 @@ static void open_device(const char *plant) {
     const char *text = source;
     cl_platform_id platform;
     cl_device_id device;
+    cl_device_fp_config has = 0, wanted = CL_FP_DENORM | CL_FP_INF_NAN | CL_FP_ROUND_TO_NEAREST | CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT;
     cl_int status;
     if (clGetPlatformIDs(1, &platform, NULL) != CL_SUCCESS) stop(NPH_BAD_INPUT, "OpenCL: there is no platform");
     if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 1, &device, NULL) != CL_SUCCESS) stop(NPH_BAD_INPUT, "OpenCL: there is no device");
     cl(clGetDeviceInfo(device, CL_DEVICE_NAME, sizeof name, name, NULL), "device");
+    cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof has, &has, NULL), "device");
+    if ((has & wanted) != wanted) stop(NPH_BAD_INPUT, "OpenCL: %s rounds otherwise than nephos/portable.h needs", name);
     device_context = clCreateContext(NULL, 1, &device, NULL, NULL, &status);
     cl(status, "context");
     queue = clCreateCommandQueue(device_context, device, 0, &status);
