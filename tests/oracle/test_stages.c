@@ -310,6 +310,66 @@ START_TEST(dumped_majorants_are_those_that_the_run_walks) {
 }
 END_TEST
 
+static void expect_numbers(const NphDumpRun *run, const char *name, int count, const double *values) {
+    double found[64];
+    ck_assert_msg(nph_dump_run_numbers(run, name, 64, found) == count, "%s has %d numbers", name, nph_dump_run_numbers(run, name, 64, found));
+    for (int i = 0; i < count; i++) ck_assert_msg(fabs(found[i] - values[i]) <= 1e-6 * fabs(values[i]), "%s[%d] = %g", name, i, found[i]);
+}
+
+/* What a port is told besides buffers, and what its arrays are, by the public functions alone. */
+START_TEST(a_dump_tells_its_launches_arrays_and_what_kernels_know) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, scenes[3]);
+    NphRenderOptions options;
+    NphDumpOptions what;
+    NphDumpRun *run = NULL;
+    NphDumpLaunch launch;
+    NphFilm *film = NULL;
+    NphArray array;
+    double more[2] = {0, 7};
+    nph_render_options_default(&options);
+    options.samples = 16;
+    nph_dump_options_default(&what);
+    what.folder = nph_test_temporary("told");
+    what.batch = 1;
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_OK);
+    ck_assert_int_eq(nph_dump_run(context, what.folder, &run), NPH_OK);
+    const NphGrid *grid = &scene->media[1].grid;
+    expect_numbers(run, "resolution", 2, (double[]){18, 9});
+    expect_numbers(run, "transport.channels", 1, (double[]){3});
+    expect_numbers(run, "transport.surfaces", 1, (double[]){2});
+    expect_numbers(run, "media.0.sigma", 3, (double[]){2, 5, 0});
+    expect_numbers(run, "media.0.sigma_max", 1, (double[]){5});
+    expect_numbers(run, "media.0.hi", 3, (double[]){0.5, 0.5, 0.5});
+    expect_numbers(run, "media.0.phase.g2", 1, (double[]){-0.3});
+    expect_numbers(run, "media.1.medium", 1, (double[]){1});
+    expect_numbers(run, "media.1.albedo", 3, (double[]){0.9, 0.9, 0.9});
+    expect_numbers(run, "media.1.world_from_grid", 12, scene->media[1].world_from_medium);
+    expect_numbers(run, "media.1.samples", 3, (double[]){grid->n[0], grid->n[1], grid->n[2]});
+    expect_numbers(run, "media.1.cells", 3, (double[]){grid->majorant.n[0], grid->majorant.n[1], grid->majorant.n[2]});
+    ck_assert_int_eq(nph_dump_run_numbers(run, "media.0.samples", 1, more), 0);
+    ck_assert_int_eq(nph_dump_run_numbers(run, "media.1.samples", 1, more), 3);
+    ck_assert_double_eq(more[1], 7.0);
+    ck_assert_int_gt(nph_dump_run_launch_count(run), 10);
+    nph_dump_run_launch(run, 2, &launch); /* majorants, generate, track */
+    ck_assert_str_eq(launch.stage, "path.track");
+    ck_assert_int_eq(launch.batch, 1);
+    ck_assert_str_eq(launch.argument_names[4], "medium");
+    ck_assert_int_eq(launch.arguments[0], 1);
+    ck_assert_str_eq(launch.inputs[2], "path.ray");
+    ck_assert_int_eq(nph_dump_run_array(context, run, 2, "path.distance", &array), NPH_OK);
+    ck_assert_int_eq(array.rank, 1);
+    nph_array_free(context, &array);
+    ck_assert_int_eq(nph_dump_run_array(context, run, 2, "path.pdf", &array), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "path.track, launch 1 of batch 1, has no path.pdf"));
+    nph_dump_run_free(context, run);
+    remove_folder(what.folder);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(a_medium_without_majorants_is_refused) {
     int64_t arguments[5] = {0, 0, 0, 0, 0};
     NphContext *context = nph_test_context(1);
@@ -394,6 +454,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, dumps_beyond_their_limit_are_refused_before_the_run);
     tcase_add_test(cases, the_density_of_a_grid_counts_once_in_the_forecast);
     tcase_add_test(cases, dumped_majorants_are_those_that_the_run_walks);
+    tcase_add_test(cases, a_dump_tells_its_launches_arrays_and_what_kernels_know);
     tcase_add_test(cases, a_medium_without_majorants_is_refused);
     tcase_add_test(cases, inputs_that_do_not_fit_are_named);
 }
