@@ -151,6 +151,7 @@ static void read_medium(void) {
 
 /* A .npy file: 128 bytes of header, and the elements. */
 static void write_npy(const char *path, int real, int rank, const int64_t *shape, const void *data) {
+    static const unsigned char version[4] = {1, 0, 118, 0}; /* 1.0, and how long the rest of the header is */
     char header[129], text[64] = "";
     size_t count = 1;
     for (int a = 0; a < rank; a++) {
@@ -159,7 +160,7 @@ static void write_npy(const char *path, int real, int rank, const int64_t *shape
     }
     int used = snprintf(header, sizeof header, "\x93NUMPY%c%c%c%c{'descr': '<%s', 'fortran_order': False, 'shape': (%s), }", 1, 1, 1, 1,
                         real ? "f4" : "i4", text);
-    memcpy(header + 6, "\1\0v\0", 4); /* version 1.0, 118 bytes from here on */
+    memcpy(header + 6, version, sizeof version);
     memset(header + used, ' ', 127 - (size_t)used);
     header[127] = '\n';
     FILE *file = fopen(path, "wb");

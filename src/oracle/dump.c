@@ -19,7 +19,7 @@
 #include "io/volume.h"
 #include "method/job.h"
 #include "oracle/digest.h"
-#include "oracle/facts.h"
+#include "oracle/dump_facts.h"
 #include "oracle/stages.h"
 
 enum { FILE_NAME = 96 };

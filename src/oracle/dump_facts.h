@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The sections "transport" and "media" of a manifest: what a port needs besides buffers. docs/oracle.md lists their members. */
-#ifndef NPH_ORACLE_FACTS_H
-#define NPH_ORACLE_FACTS_H
+#ifndef NPH_ORACLE_DUMP_FACTS_H
+#define NPH_ORACLE_DUMP_FACTS_H
 
 #include "core/json.h"
 #include "pipeline/method.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * See facts.h. Of a medium first what the scene says, then what the method's kernels have made of it. */
-#include "oracle/facts.h"
+ * See dump_facts.h. Of a medium first what the scene says, then what the method's kernels have made of it. */
+#include "oracle/dump_facts.h"
 
 typedef struct Facts {
     NphJson *json;
