@@ -451,9 +451,24 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     return status;
 }
 
+/* Densities are made dense to be written: none that is too large already. */
+static NphStatus check_densities(const NphScene *scene, const NphDumpOptions *what, const NphJob *job, const NphMethod *method) {
+    int shown = 0;
+    for (int s = 0; s < method->stage_count; s++) shown |= strstr(method->stages[s].name, ".majorant") != NULL;
+    for (int m = 0; m < scene->medium_count && shown; m++) {
+        const NphMedium *medium = &scene->media[m];
+        double bytes = medium->shape == NPH_SHAPE_GRID ? 4.0 * (double)nph_grid_dense_count(&medium->grid) : 0.0;
+        if (bytes > (double)what->limit_bytes)
+            return nph_error(job->context, NPH_NO_MEMORY, "the density of %s takes %.1f MiB as a dense array, the dump's limit is %.1f MiB "
+                             "(--dump-limit)", medium->name, bytes / 1048576.0, (double)what->limit_bytes / 1048576.0);
+    }
+    return NPH_OK;
+}
+
 static NphStatus check_size(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                             const NphMethod *method) {
     double bytes = 0.0;
+    NPH_TRY(check_densities(scene, what, job, method));
     NPH_TRY(forecast(scene, options, what, job, method, &bytes));
     if (bytes <= (double)what->limit_bytes) return NPH_OK;
     return nph_error(job->context, NPH_NO_MEMORY, "the dump will take about %.1f MiB, its limit is %.1f MiB: write less "

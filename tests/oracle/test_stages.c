@@ -251,6 +251,9 @@ START_TEST(the_density_of_a_grid_counts_once_in_the_forecast) {
     what.folder = nph_test_temporary("once");
     what.stage = "path.generate"; /* of a batch as good as nothing */
     what.limit_bytes = 1 << 20;
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_NO_MEMORY);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "the density of medium0 takes 17.2 MiB as a dense array, the dump's limit is 1.0 MiB"));
+    what.limit_bytes = (1 << 20) * 35 / 2;
     for (int k = 0; k < 2; k++) {
         options.samples = k ? 64 : 16;
         ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_NO_MEMORY);
