@@ -58,11 +58,31 @@ NphStatus nph_verify(NphContext *context, const char *reference, const char *can
                      NphVerification *result);
 void nph_verification_free(NphContext *context, NphVerification *result);
 
-/* What a dump says of its run. The options point into it. */
+/* What a dump says of its run. The options and all names point into it. */
 typedef struct NphDumpRun NphDumpRun;
 NphStatus nph_dump_run(NphContext *context, const char *folder, NphDumpRun **run);
 const NphRenderOptions *nph_dump_run_options(const NphDumpRun *run);
 void nph_dump_run_free(NphContext *context, NphDumpRun *run);
+
+/* Its launches, from 0, in the order of batches (-1: what is launched once, before all others) and of numbers in them. */
+enum { NPH_DUMP_ARGUMENTS = 8 };
+typedef struct NphDumpLaunch {
+    int64_t batch, number;
+    const char *stage;
+    int argument_count, input_count, output_count;
+    const char *argument_names[NPH_DUMP_ARGUMENTS];
+    int64_t arguments[NPH_DUMP_ARGUMENTS];
+    const char *inputs[NPH_MAX_BUFFERS], *outputs[NPH_MAX_BUFFERS]; /* names of buffers */
+} NphDumpLaunch;
+int64_t nph_dump_run_launch_count(const NphDumpRun *run);
+void nph_dump_run_launch(const NphDumpRun *run, int64_t index, NphDumpLaunch *launch);
+
+/* A buffer that the launch reads, or if it does not, writes; the caller frees it. NPH_BAD_INPUT where it does neither. */
+NphStatus nph_dump_run_array(NphContext *context, const NphDumpRun *run, int64_t index, const char *buffer, NphArray *array);
+
+/* Numbers of the manifest by where they stand: "resolution", "transport.channels", "media.0.sigma". Returns how many there are, of
+ * which at most `room` are written; 0 where there are none. */
+int nph_dump_run_numbers(const NphDumpRun *run, const char *name, int room, double *values);
 
 /* Arguments (in the order of stages) and inputs of one of its launches, which must be of that stage; the caller frees the arrays.
  * inputs: room for NPH_MAX_BUFFERS. */

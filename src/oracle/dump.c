@@ -21,6 +21,7 @@
 #include "io/volume.h"
 #include "method/job.h"
 #include "oracle/digest.h"
+#include "oracle/dump_facts.h"
 #include "oracle/stages.h"
 
 enum { FILE_NAME = 96 };
@@ -58,6 +59,7 @@ typedef struct Dump {
     int thread_count;
     pthread_mutex_t lock;
     uint64_t bytes;   /* of all workers, under the lock */
+    uint64_t once;    /* of them, what is written once: NPH_BATCH_OF_SCENE */
     Worker *workers;
 } Dump;
 
@@ -65,8 +67,10 @@ void nph_dump_options_default(NphDumpOptions *options) {
     *options = (NphDumpOptions){.launch = -1, .batch = -1, .limit_bytes = (uint64_t)4 << 30};
 }
 
+/* What is launched once is always written: no stage can be ported without what media hold. */
 static int is_selected(const Dump *dump, const NphLaunch *launch) {
     const NphDumpOptions *o = dump->options;
+    if (launch->batch == NPH_BATCH_OF_SCENE) return 1;
     return (dump->stage < 0 || launch->stage == dump->stage) && (o->launch < 0 || launch->number == o->launch) &&
            (o->batch < 0 || launch->batch == o->batch) && (dump->tile < 0 || launch->arguments[0] == dump->tile);
 }
@@ -121,18 +125,24 @@ static NphStatus close_file(Dump *dump, Worker *worker) {
                      (long long)worker->file_batch, strerror(errno));
 }
 
+static void batch_file(const NphLaunch *launch, char name[FILE_NAME / 2]) {
+    if (launch->batch == NPH_BATCH_OF_SCENE) snprintf(name, FILE_NAME / 2, "scene.npys");
+    else snprintf(name, FILE_NAME / 2, "%06lld.npys", (long long)launch->batch);
+}
+
 /* To the file of the batch, which holds its arrays one after the other. */
 static NphStatus append(Dump *dump, Worker *worker, const NphLaunch *launch, const NphArray *array, int64_t stride,
                         Use *use) {
-    char path[4096];
+    char path[4096], name[FILE_NAME / 2];
+    batch_file(launch, name);
     if (worker->file < 0 || worker->file_batch != launch->batch) {
         worker->file_bytes = 0;
         if (dump->write) NPH_TRY(close_file(dump, worker));
         worker->file_batch = launch->batch;
     }
-    snprintf(use->file, sizeof use->file, "%06lld.npys@%lld", (long long)launch->batch, (long long)worker->file_bytes);
+    snprintf(use->file, sizeof use->file, "%s@%lld", name, (long long)worker->file_bytes);
     if (!dump->write) return NPH_OK;
-    snprintf(path, sizeof path, "%s/%06lld.npys", dump->options->folder, (long long)launch->batch);
+    snprintf(path, sizeof path, "%s/%s", dump->options->folder, name);
     if (worker->file < 0) worker->file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (worker->file < 0) return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: cannot be made: %s", path, strerror(errno));
     return nph_npy_append(dump->context, worker->file, path, array, array->rank > 1 ? stride : 0, &worker->file_bytes);
@@ -160,6 +170,7 @@ static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index
     *use = made;
     pthread_mutex_lock(&dump->lock);
     uint64_t all = dump->bytes += row * rows + 128;
+    if (launch->batch == NPH_BATCH_OF_SCENE) dump->once += row * rows + 128;
     pthread_mutex_unlock(&dump->lock);
     if (dump->write && all > dump->options->limit_bytes)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
@@ -173,7 +184,8 @@ static NphStatus before(void *user, void *state, int index, const NphLaunch *lau
     Dump *dump = user;
     Worker *worker = &dump->workers[index];
     const NphStage *stage = &dump->method->stages[launch->stage];
-    for (int b = 0; b < dump->method->buffer_count && launch->number == 0; b++) worker->now[b].file[0] = 0;
+    int alone = launch->number == 0 || launch->batch == NPH_BATCH_OF_SCENE;
+    for (int b = 0; b < dump->method->buffer_count && alone; b++) worker->now[b].file[0] = 0;
     if (!is_selected(dump, launch)) return NPH_OK;
     NPH_TRY(add_record(dump, worker, launch));
     for (int b = 0; b < dump->method->buffer_count; b++) {
@@ -357,9 +369,11 @@ static NphStatus write_manifest(Dump *dump, const NphJob *job, const char *scene
         json_job(&json, job, dump->method, scene_name);
         json_stages(&json, dump->method);
         json_buffers(&json, dump->method, job->precision);
+        status = nph_json_facts(&json, dump->method, job);
         json_launches(&json, dump, records, count);
         nph_json_close(&json);
-        status = nph_writer_commit(dump->context, &writer);
+        NphStatus written = nph_writer_commit(dump->context, &writer);
+        status = status == NPH_OK ? written : status;
     }
     nph_free(dump->context, records);
     return status;
@@ -445,16 +459,32 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     NPH_TRY(open_dump(&dump, job, &all));
     NphTap tap = {&dump, before, after};
     NphStatus status = nph_render_tapped(job->context, scene, &few, &tap, &film, NULL);
-    *bytes = (double)dump.bytes;
+    *bytes = (double)(dump.bytes - dump.once);
     *bytes *= one ? 1.0 / tiles : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
+    *bytes += (double)dump.once;
     close_dump(&dump);
     nph_film_free(job->context, film);
     return status;
 }
 
+/* Densities are made dense to be written: none that is too large already. */
+static NphStatus check_densities(const NphScene *scene, const NphDumpOptions *what, const NphJob *job, const NphMethod *method) {
+    int shown = 0;
+    for (int s = 0; s < method->stage_count; s++) shown |= strstr(method->stages[s].name, ".majorant") != NULL;
+    for (int m = 0; m < scene->medium_count && shown; m++) {
+        const NphMedium *medium = &scene->media[m];
+        double bytes = medium->shape == NPH_SHAPE_GRID ? 4.0 * (double)nph_grid_dense_count(&medium->grid) : 0.0;
+        if (bytes > (double)what->limit_bytes)
+            return nph_error(job->context, NPH_NO_MEMORY, "the density of %s takes %.1f MiB as a dense array, the dump's limit is %.1f MiB "
+                             "(--dump-limit)", medium->name, bytes / 1048576.0, (double)what->limit_bytes / 1048576.0);
+    }
+    return NPH_OK;
+}
+
 static NphStatus check_size(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                             const NphMethod *method) {
     double bytes = 0.0;
+    NPH_TRY(check_densities(scene, what, job, method));
     NPH_TRY(forecast(scene, options, what, job, method, &bytes));
     if (bytes <= (double)what->limit_bytes) return NPH_OK;
     return nph_error(job->context, NPH_NO_MEMORY, "the dump will take about %.1f MiB, its limit is %.1f MiB: write less "

@@ -175,6 +175,6 @@ NphStatus nph_stages_run(NphStages *stages, const char *stage, const int64_t *ar
     NPH_TRY(method->begin_launch(stages->state, 0, stages->film, &launch));
     NPH_TRY(place_inputs(stages, &method->stages[launch.stage], input_count, inputs));
     NPH_TRY(method->check(stages->state, 0, &launch));
-    method->launch(stages->state, 0, &launch);
+    NPH_TRY(method->launch(stages->state, 0, &launch));
     return take_outputs(stages, &method->stages[launch.stage], output_count, outputs);
 }

@@ -384,11 +384,6 @@ NphStatus nph_dump_scene_name(NphContext *context, const char *folder, char *nam
     return fits ? NPH_OK : nph_error(context, NPH_BAD_INPUT, "%s: its manifest names no scene", folder);
 }
 
-struct NphDumpRun {
-    NphManifest manifest;
-    NphRenderOptions options;
-};
-
 NphStatus nph_dump_run(NphContext *context, const char *folder, NphDumpRun **run) {
     NphDumpRun *made = NULL;
     NPH_TRY(NPH_NEW(context, 1, "run of a dump", &made));

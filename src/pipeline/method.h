@@ -25,6 +25,9 @@ typedef struct NphJob {
     const NphTap *tap;           /* NULL: nobody looks */
 } NphJob;
 
+/* Takes numbers that a port needs beside the buffers; medium: of the scene, or -1. */
+typedef void (*NphFactFn)(void *user, int medium, const char *name, int count, const double *values);
+
 typedef struct NphMethod {
     const char *name, *summary;
     const NphKnob *knobs;
@@ -58,7 +61,9 @@ typedef struct NphMethod {
     int (*view)(void *state, int worker, int buffer, NphView *view);
     /* NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would be taken for places in memory. */
     NphStatus (*check)(void *state, int worker, const NphLaunch *launch);
-    void (*launch)(void *state, int worker, const NphLaunch *launch);
+    NphStatus (*launch)(void *state, int worker, const NphLaunch *launch);
+    /* Tells what kernels know of the scene, in the run's precision: first of the whole, then medium by medium. */
+    NphStatus (*facts)(const NphJob *job, NphFactFn fact, void *user);
 } NphMethod;
 
 #endif

@@ -53,6 +53,9 @@ typedef struct NphView {
 
 enum { NPH_MAX_ARGUMENTS = 8 };
 
+/* The batch of what is launched once, before all others; its launches stand each for itself. */
+enum { NPH_BATCH_OF_SCENE = -1 };
+
 /* One launch of a stage: `batch` and `number` in it name it, whatever the thread. */
 typedef struct NphLaunch {
     int stage;

@@ -93,6 +93,20 @@ START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
 }
 END_TEST
 
+START_TEST(majorants_run_alone_on_the_density_of_a_dump) {
+    char path[700], own[700];
+    enter_root();
+    RUN_EXPECT(0, "render", "reference/scenes/smoke.yaml", "-q", "-o", file_of("smoke.exr"), "--spp", "16", "--crop", "192,144,200,152", "--dump",
+               reference, "--dump-select", "stage=path.generate");
+    RUN_EXPECT(0, "stage", "path.majorant", "--from", reference, "--launch", "-1:0", "-q", "-o", tracked);
+    snprintf(path, sizeof path, "%s/scene/00000.path.bound.npy", reference);
+    snprintf(own, sizeof own, "%s/path.bound.npy", tracked);
+    ck_assert(same_files(path, own));
+    RUN_EXPECT(4, "stage", "path.majorant", "--from", reference, "--launch", "-1:0", "--set", "medium=1", "-o", tracked);
+    remove_folders();
+}
+END_TEST
+
 START_TEST(what_cannot_be_dumped_is_refused) {
     enter_root();
     RUN_EXPECT(6, DUMP, "--dump", reference, "--dump-limit", "1M");
@@ -140,6 +154,7 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, a_dump_is_verified_and_its_stages_run_alone);
+    tcase_add_test(cases, majorants_run_alone_on_the_density_of_a_dump);
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
 }

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * path.majorant: bounds of a medium's density (field/majorant.c) from its samples as a dense array, which is what a port has.
+ * [density -> bound] */
+#include "core/memory.h"
+#include "core/message.h"
+#include "field/grid.h"
+#include "truth/path/path.h"
+
+void nph_path_field_free(NphContext *context, NphPathField *field) {
+    nph_free(context, field->density);
+    nph_free(context, field->majorant.cells);
+    *field = (NphPathField){.density = NULL};
+}
+
+NphStatus nph_path_field_begin(const NphJob *job, const NphPathChoice *choice, int64_t medium, NphPathField *field) {
+    const NphScene *scene = job->scene;
+    int there = medium >= 0 && medium < scene->medium_count;
+    if (!there || scene->media[medium].shape != NPH_SHAPE_GRID || !choice->transport.used[medium])
+        return nph_error(job->context, NPH_BAD_INPUT, "medium %lld: %s", (long long)medium,
+                         !there                                          ? "the scene has no such medium"
+                         : scene->media[medium].shape != NPH_SHAPE_GRID ? "is no grid: it has no majorants"
+                                                                         : "has no extinction: nothing tracks it");
+    const NphGrid *grid = &scene->media[medium].grid;
+    nph_path_field_free(job->context, field);
+    NPH_TRY(NPH_NEW(job->context, nph_grid_dense_count(grid), "density as a dense array", &field->density));
+    for (int a = 0; a < 3; a++) field->n[a] = grid->n[a];
+    return NPH_OK;
+}
+
+NphStatus nph_path_field_bound(const NphJob *job, NphPathField *field) {
+    int64_t count = (int64_t)field->n[0] * field->n[1] * field->n[2];
+    for (int64_t i = 0; i < count; i++)
+        if (!(field->density[i] >= 0.0f && (double)field->density[i] <= NPH_DENSITY_MAX))
+            return nph_error(job->context, NPH_BAD_INPUT, "input path.density: value %lld is no density", (long long)i);
+    nph_free(job->context, field->majorant.cells);
+    field->majorant.cells = NULL;
+    return nph_majorant_of_samples(job->context, field->n, field->density, "majorants", &field->majorant);
+}
+
+int nph_path_field_view(const NphPathField *field, int buffer, NphView *view) {
+    int bound = buffer == NPH_PATH_BOUND;
+    const int32_t *n = bound ? field->majorant.n : field->n;
+    float *data = bound ? field->majorant.cells : field->density;
+    *view = (NphView){NPH_F32, 3, {n[2], n[1], n[0]}, data, (int64_t)n[1] * n[0]};
+    return data != NULL;
+}
