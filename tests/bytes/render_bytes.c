@@ -11,7 +11,7 @@
 #include "pipeline/stage.h"
 #include "stage_digests.h"
 
-enum { WIDTH = 12, HEIGHT = 9 };
+enum { WIDTH = 18, HEIGHT = 10 };
 
 static void tell(void *user, NphMessageLevel level, const char *text) {
     (void)user;
@@ -19,7 +19,7 @@ static void tell(void *user, NphMessageLevel level, const char *text) {
 }
 
 static NphStatus print_run(NphContext *context, const NphScene *scene, const char *method, int precision) {
-    static const char *const knobs[] = {"photonmap.photons=20000"};
+    static const char *const knobs[] = {"photonmap.photons=2000"};
     NphRenderOptions options;
     DigestTable table;
     nph_render_options_default(&options);
