@@ -51,7 +51,7 @@ int pinned_scenes(const char *root, char names[PINNED_SCENES][DIGEST_NAME]) {
 }
 
 /* The scene with its resolution replaced. */
-static NphStatus load(NphContext *context, const char *root, const char *name, NphScene **scene) {
+NphStatus pinned_scene(NphContext *context, const char *root, const char *name, NphScene **scene) {
     static const char *const key = "resolution: [";
     char path[PATH], folder[PATH], *text = NULL, *smaller = NULL;
     size_t size;
@@ -70,7 +70,7 @@ static NphStatus load(NphContext *context, const char *root, const char *name, N
     return status;
 }
 
-static NphRenderOptions options_of(const char *method) {
+NphRenderOptions pinned_options(const char *method) {
     NphRenderOptions options;
     nph_render_options_default(&options);
     options.method = method;
@@ -106,12 +106,12 @@ static NphStatus add_rows(NphContext *context, const char *method, const DigestT
 
 NphStatus pinned_take(NphContext *context, const char *root, const char *name, Pinned *pinned) {
     NphScene *scene = NULL;
-    NPH_TRY(load(context, root, name, &scene));
+    NPH_TRY(pinned_scene(context, root, name, &scene));
     *pinned = (Pinned){0};
     NphStatus status = NPH_OK;
     for (int m = 0; m < nph_method_count() && status == NPH_OK; m++) {
         DigestTable table = {0};
-        NphRenderOptions options = options_of(nph_method(m)->name);
+        NphRenderOptions options = pinned_options(nph_method(m)->name);
         if (!takes(context, scene, &options)) continue;
         status = digests_take(context, scene, &options, &table);
         if (status == NPH_OK) status = add_rows(context, options.method, &table, pinned);

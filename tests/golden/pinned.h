@@ -25,6 +25,10 @@ typedef struct Pinned {
 /* Names of all scenes of reference/scenes, sorted. root: of the source tree. */
 int pinned_scenes(const char *root, char names[PINNED_SCENES][DIGEST_NAME]);
 
+/* A scene at 64 x 48 pixels, and what a method is run with on it. */
+NphStatus pinned_scene(NphContext *context, const char *root, const char *name, NphScene **scene);
+NphRenderOptions pinned_options(const char *method);
+
 /* Renders a scene at 64 x 48 pixels by every method that takes it. */
 NphStatus pinned_take(NphContext *context, const char *root, const char *scene, Pinned *pinned);
 

@@ -9,6 +9,7 @@
 #include "core/memory.h"
 #include "harness.h"
 #include "io/file.h"
+#include "oracle/manifest.h"
 #include "pinned.h"
 
 static char scenes[PINNED_SCENES][DIGEST_NAME];
@@ -54,7 +55,7 @@ static void check_scene(const char *name, int threads) {
 }
 
 START_TEST(every_stage_of_every_scene_writes_what_is_pinned) {
-    if (_i > 0 && !nph_test_statistics("pinned digests")) return;
+    if (_i > 0 && !nph_test_statistics("the pinned digests of a scene")) return;
     check_scene(scenes[_i], 0);
 }
 END_TEST
@@ -65,6 +66,61 @@ START_TEST(neither_threads_nor_vectors_move_a_digest) {
         setenv("NEPHOS_ISA", levels[k], 1);
         check_scene("cube_g070", 2 * k + 1);
     }
+}
+END_TEST
+
+/* The digest of a row is that of the launches' digests: what a manifest holds is enough to make it. */
+static void digest_of_dump(NphContext *context, const NphManifest *manifest, const char *stage, const char *buffer, char text[]) {
+    XXH128_canonical_t digests[4096];
+    size_t count = 0;
+    for (int l = 0; l < manifest->launch_count; l++) {
+        const NphManifestLaunch *launch = &manifest->launches[l];
+        NphArray array;
+        for (int o = 0; o < launch->output_count; o++) {
+            if (strcmp(launch->stage, stage) != 0 || strcmp(launch->outputs[o].buffer, buffer) != 0) continue;
+            ck_assert_uint_lt(count, 4096);
+            ck_assert_int_eq(nph_manifest_array(context, manifest, launch->outputs[o].file, &array), NPH_OK);
+            size_t bytes = (size_t)nph_array_count(&array) * nph_type_size(array.type);
+            XXH128_canonicalFromHash(&digests[count++], XXH3_128bits(array.data, bytes));
+            nph_array_free(context, &array);
+        }
+    }
+    nph_digest_text(digests, count * sizeof *digests, text);
+}
+
+START_TEST(a_dump_has_the_pinned_digests) {
+    static const char *const name = "cube_g070";
+    NphContext *context = nph_test_context(0);
+    NphScene *scene = NULL;
+    NphFilm *film = NULL;
+    NphRenderOptions options = pinned_options("path");
+    NphDumpOptions dump;
+    NphManifest manifest;
+    Pinned pinned;
+    char digest[NPH_DIGEST_TEXT], command[700];
+    int rows = 0;
+    nph_dump_options_default(&dump);
+    dump.folder = nph_test_temporary("dump");
+    dump.stage = "path.track";
+    ck_assert_int_eq(pinned_scene(context, nph_test_path("."), name, &scene), NPH_OK);
+    ck_assert_msg(nph_dump(context, scene, name, &options, &dump, &film, NULL) == NPH_OK, "%s", nph_test_messages());
+    ck_assert_int_eq(nph_manifest_read(context, dump.folder, &manifest), NPH_OK);
+    ck_assert_int_eq(pinned_read(context, nph_test_path("."), name, &pinned), NPH_OK);
+    for (int r = 0; r < pinned.count; r++) {
+        const DigestRow *row = &pinned.rows[r].row;
+        if (strcmp(row->stage, dump.stage) != 0) continue;
+        digest_of_dump(context, &manifest, row->stage, row->buffer, digest);
+        ck_assert_str_eq(digest, row->digest);
+        rows++;
+    }
+    ck_assert_int_ge(rows, 5);
+    nph_free(context, pinned.rows);
+    nph_manifest_free(context, &manifest);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    snprintf(command, sizeof command, "rm -rf '%s'", dump.folder);
+    ck_assert_int_eq(system(command), 0);
+    nph_test_context_close(context);
 }
 END_TEST
 
@@ -143,6 +199,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_loop_test(cases, every_stage_of_every_scene_writes_what_is_pinned, 0, scene_count);
     tcase_add_test(cases, neither_threads_nor_vectors_move_a_digest);
+    tcase_add_test(cases, a_dump_has_the_pinned_digests);
     tcase_add_test(cases, a_line_of_the_changelog_must_name_stage_and_last_release);
     tcase_add_test(cases, the_changelog_tells_of_every_digest_that_has_moved);
     tcase_add_test(cases, a_digest_that_moves_tells_cells_and_ulp);
