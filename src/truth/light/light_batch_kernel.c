@@ -34,7 +34,7 @@ void NPH_KERNEL(nph_light_prepare)(const NphJob *job, const NphLightChoice *choi
 /* Arrays of a batch in the order in which they lie; called once to measure and once to place. */
 static size_t place(NphLightBatch *batch, char *memory) {
     size_t at = (sizeof(NphLightBatch) + 63) / 64 * 64;
-    const size_t photons = NPH_LIGHT_BLOCK, flights = NPH_LIGHT_FLIGHTS, waiting = NPH_LIGHT_SPLITS + 1;
+    const size_t photons = NPH_LIGHT_BLOCK, flights = NPH_LIGHT_ROOM, waiting = NPH_LIGHT_SPLITS + 1;
 #define PLACE(target, count)                                            \
     do {                                                                \
         if (memory) (target) = (void *)(memory + at);                   \
@@ -135,9 +135,10 @@ static int view_photons(NphLightBatch *batch, int buffer, NphView *view) {
 }
 
 static int view_flights(NphLightBatch *batch, int buffer, NphView *view) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     const RScene *scene = &batch->light->scene;
     int count = batch->flights, surfaces = scene->surfaces.count > 0, channels = scene->channels > 1;
+    int connects = scene->sensor.kind != NPH_SENSOR_FLUX;
     switch (buffer) {
     case NPH_LIGHT_FLIGHT: *view = row(NPH_I64, batch->flight, count); return 1;
     case NPH_LIGHT_FLIGHT_RAY: *view = rows(real, batch->ray, 6, count, ROOM); return 1;
@@ -149,14 +150,14 @@ static int view_flights(NphLightBatch *batch, int buffer, NphView *view) {
     case NPH_LIGHT_FLIGHT_MEDIUM: *view = row(NPH_I32, batch->medium, count); return 1;
     case NPH_LIGHT_FLIGHT_SURFACE: *view = row(NPH_I32, batch->surface, count); return surfaces;
     case NPH_LIGHT_FLIGHT_TOUCH: *view = rows(real, batch->touch, R_TOUCH_REALS, count, ROOM); return surfaces;
-    case NPH_LIGHT_FLIGHT_LEFT: *view = rows(real, batch->left, 3, count, ROOM); return 1;
+    case NPH_LIGHT_FLIGHT_LEFT: *view = rows(real, batch->left, 3, count, ROOM); return connects;
     default: return 0;
     }
 }
 
 /* 0 where the scene has none. */
 int NPH_KERNEL(nph_light_view)(NphLightBatch *batch, int buffer, NphView *view) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     switch (buffer) {
     case NPH_LIGHT_SPLATS: *view = row(NPH_I64, batch->splat, batch->splats); return 1;
     case NPH_LIGHT_SPLAT_AT: *view = rows(NPH_F64, batch->at, 2, batch->splats, ROOM); return 1;

@@ -29,7 +29,7 @@ typedef struct Connector {
 static RStream stream_of(const Connector *k, uint32_t stage) { return r_flight_stream(k->batch, stage, k->name, k->number); }
 
 static void write_splat(Connector *k, int64_t flight, const RArrival *arrival) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     NphLightBatch *batch = k->batch;
     int i = batch->splats++;
     batch->splat[i] = flight;
@@ -131,7 +131,7 @@ static int connect_source(Connector *k, RArrival *arrival) {
 
 /* The vertex at the end of flight i, from which the photon goes on with what is left of its weight. */
 static int connect_end(Connector *k, int i, RArrival *arrival) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     const RScene *scene = k->scene;
     RPhoton *photon = &k->photon;
     RVertex vertex;
@@ -177,7 +177,7 @@ static int cross(Connector *k, RArrival *arrival) {
 
 /* Flight i of the list. */
 static void load(Connector *k, int i) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     const NphLightBatch *batch = k->batch;
     RPhoton *photon = &k->photon;
     uint32_t flights = (uint32_t)(batch->flight[i] & 0xffffffff);
@@ -186,14 +186,16 @@ static void load(Connector *k, int i) {
     r_get3(batch->ray, ROOM, i, photon->p);
     r_get3(batch->ray + 3 * ROOM, ROOM, i, photon->d);
     r_get3(batch->weight, ROOM, i, photon->weight);
-    r_get3(batch->share, ROOM, i, photon->share);
-    photon->hero = batch->flight_hero[i];
+    if (k->scene->channels > 1) {
+        r_get3(batch->share, ROOM, i, photon->share);
+        photon->hero = batch->flight_hero[i];
+    }
     photon->order = (uint32_t)batch->order[i];
     k->own = batch->source[k->name] == k->scene->light_count;
     k->distance = batch->distance[i];
     k->hit = batch->medium[i];
     k->touches = k->scene->surfaces.count > 0 && batch->surface[i] >= 0;
-    k->touch = batch->touch[R_TOUCH_T * ROOM + i];
+    if (k->touches) k->touch = batch->touch[R_TOUCH_T * ROOM + i];
 }
 
 void NPH_KERNEL(nph_light_connect)(NphLightBatch *batch) {
@@ -219,7 +221,7 @@ typedef struct Splat {
 
 /* Replay: what arrives. */
 static void tell(const Splat *splat) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     const NphLightBatch *batch = splat->batch;
     const double *o = batch->light->scene.origin;
     char text[256];
@@ -245,7 +247,7 @@ static void arrived(void *user, int x, int y) {
 }
 
 void NPH_KERNEL(nph_light_splat)(const NphLightBatch *batch, const NphLightImage *image) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     Splat splat = {.batch = batch, .image = image};
     for (int i = 0; i < batch->splats; i++) {
         RArrival arrival = {.s = batch->at[i], .t = batch->at[ROOM + i]};

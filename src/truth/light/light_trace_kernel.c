@@ -76,33 +76,40 @@ static void reweigh(Tracer *t, int hit, Real distance) {
     }
 }
 
-/* A flight as it sets out; its place in the list. */
+/* A flight as it sets out; its place in the list. What this scene has none of is left alone. */
 static int write_flight(Tracer *t, int64_t number) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     NphLightBatch *batch = t->batch;
+    const RScene *scene = t->scene;
     const RPhoton *photon = &t->photon;
+    const Real none[3] = {R(0.0), R(0.0), R(0.0)};
     int i = batch->flights++;
     batch->flight[i] = (int64_t)t->name << 32 | number;
     r_put3(batch->ray, ROOM, i, photon->p);
     r_put3(batch->ray + 3 * ROOM, ROOM, i, photon->d);
     r_put3(batch->weight, ROOM, i, photon->weight);
-    r_put3(batch->share, ROOM, i, photon->share);
-    batch->flight_hero[i] = photon->hero;
     batch->order[i] = (int32_t)photon->order;
     batch->distance[i] = R(0.0);
-    batch->medium[i] = batch->surface[i] = -1;
-    for (int k = 0; k < R_TOUCH_REALS; k++) batch->touch[k * ROOM + i] = R(0.0);
-    for (int c = 0; c < 3; c++) batch->left[c * ROOM + i] = R(0.0);
+    batch->medium[i] = -1;
+    if (scene->channels > 1) {
+        r_put3(batch->share, ROOM, i, photon->share);
+        batch->flight_hero[i] = photon->hero;
+    }
+    if (scene->surfaces.count > 0) {
+        batch->surface[i] = -1;
+        for (int k = 0; k < R_TOUCH_REALS; k++) batch->touch[k * ROOM + i] = R(0.0);
+    }
+    if (scene->sensor.kind != NPH_SENSOR_FLUX) r_put3(batch->left, ROOM, i, none);
     return i;
 }
 
 static void write_end(Tracer *t, int i, int hit, Real distance, const RMet *met) {
-    enum { ROOM = NPH_LIGHT_FLIGHTS };
+    enum { ROOM = NPH_LIGHT_ROOM };
     NphLightBatch *batch = t->batch;
     batch->distance[i] = distance;
     batch->medium[i] = hit;
-    batch->surface[i] = met->surface;
     if (met->surface < 0) return;
+    batch->surface[i] = met->surface;
     r_put3(batch->touch + R_TOUCH_P * ROOM, ROOM, i, met->p);
     r_put3(batch->touch + R_TOUCH_N * ROOM, ROOM, i, met->n);
     batch->touch[R_TOUCH_T * ROOM + i] = met->t;
@@ -134,7 +141,7 @@ static int advance(Tracer *t) {
     for (int a = 0; a < 3; a++) photon->p[a] = vertex->p[a];
     for (int c = 0; c < 3; c++) photon->weight[c] *= vertex->albedo[c];
     photon->order++;
-    r_put3(t->batch->left, NPH_LIGHT_FLIGHTS, i, photon->weight);
+    if (scene->sensor.kind != NPH_SENSOR_FLUX) r_put3(t->batch->left, NPH_LIGHT_ROOM, i, photon->weight);
     return 1;
 }
 

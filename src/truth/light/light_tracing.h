@@ -35,6 +35,8 @@ typedef enum NphLightArgument { NPH_LIGHT_ARG_SAMPLE, NPH_LIGHT_ARG_BLOCK, NPH_L
 
 /* Photons of a block; flights of one launch; vertices at which copies of a photon wait, and how many copies at most. */
 enum { NPH_LIGHT_BLOCK = 1024, NPH_LIGHT_FLIGHTS = 4096, NPH_LIGHT_SPLITS = 256, NPH_LIGHT_COPIES = 16 };
+/* Rows of flights lie so far apart: at a power of 2 they would share few lines of a cache. */
+enum { NPH_LIGHT_ROOM = NPH_LIGHT_FLIGHTS + 16 };
 
 enum { NPH_LIGHT_KNOB_PHOTONS, NPH_LIGHT_KNOB_ROULETTE, NPH_LIGHT_KNOB_CONNECT_ROULETTE, NPH_LIGHT_KNOB_COUNT,
        NPH_LIGHT_KNOB_SPLIT, NPH_LIGHT_KNOBS };
