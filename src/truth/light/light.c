@@ -61,6 +61,7 @@ static void close_light(void *opaque) {
     NphContext *context = state->job.context;
     for (int w = 0; state->workers && w < state->threads; w++) {
         nph_free(context, state->workers[w].memory);
+        nph_free(context, state->workers[w].columns);
         nph_free(context, state->workers[w].samples);
         nph_free(context, state->workers[w].traced);
         nph_free(context, state->workers[w].film_scratch);
@@ -70,6 +71,14 @@ static void close_light(void *opaque) {
     nph_free(context, state->planes);
     nph_free(context, state->scene);
     nph_free(context, state);
+}
+
+NphStatus nph_light_open_columns(NphLightState *state, int index) {
+    NphLightWorker *worker = &state->workers[index];
+    NPH_TRY(nph_alloc(state->job.context, state->kernels.column_bytes(), 1, "flights and splats as others see them",
+                      &worker->columns));
+    state->kernels.layout(worker->memory, worker->columns, state->scene, &worker->batch);
+    return NPH_OK;
 }
 
 static NphStatus open_workers(NphLightState *state) {
@@ -84,7 +93,8 @@ static NphStatus open_workers(NphLightState *state) {
         NPH_TRY(NPH_NEW(context, nph_light_traced_doubles(film_channels), "a tile of images", &worker->traced));
         NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(film_channels), 1, "film scratch", &scratch));
         worker->film_scratch = scratch;
-        state->kernels.layout(worker->memory, state->scene, &worker->batch);
+        state->kernels.layout(worker->memory, NULL, state->scene, &worker->batch);
+        if (state->job.tap) NPH_TRY(nph_light_open_columns(state, w));
     }
     return NPH_OK;
 }

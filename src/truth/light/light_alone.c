@@ -43,8 +43,7 @@ const NphBuffer nph_light_buffers[NPH_LIGHT_BUFFERS] = {
                                   "surface that the flight ends at if nothing collides; -1: none", NPH_EXACT, "there are surfaces", F, 0},
     [NPH_LIGHT_FLIGHT_TOUCH] = {"light.flight_touch", R, "[7][flight]", "m, 1", "where light leaves that surface, its normal, how far it is",
                                 NPH_NEAR, "there are surfaces", F, 0},
-    [NPH_LIGHT_FLIGHT_LEFT] = {"light.flight_left", R, "[3][flight]", "W", "power behind the vertex at its end", NPH_NEAR,
-                               "the sensor counts no flux", F, 0},
+    [NPH_LIGHT_FLIGHT_LEFT] = {"light.flight_left", R, "[3][flight]", "W", "power behind the vertex at its end", NPH_NEAR, NULL, F, 0},
     [NPH_LIGHT_SPLATS] = {S, NPH_I64, "[splat]", "1", "flight that brings it", NPH_EXACT, NULL, S, 0},
     [NPH_LIGHT_SPLAT_AT] = {"light.splat_at", NPH_F64, "[2][splat]", "1", "where on the sensor, -1 to 1: right, up", NPH_NEAR, NULL, S, 0},
     [NPH_LIGHT_SPLAT_ADD] = {"light.splat_add", R, "[3][splat]", "W/m2/sr", "what a pixel there gains", NPH_NEAR, NULL, S, 0},
@@ -70,8 +69,10 @@ NphStatus nph_light_begin_launch(void *opaque, int index, NphFilm *film, const N
         return nph_error(state->job.context, NPH_BAD_INPUT, "sample %lld, block %lld, tile %lld: a sample has %lld blocks of photons, "
                          "the picture %lld tiles", (long long)sample, (long long)block, (long long)tile, (long long)blocks,
                          (long long)nph_film_tile_count(film));
+    if (!state->workers[index].columns) NPH_TRY(nph_light_open_columns(state, index));
     state->film = film;
     state->kernels.begin(state->workers[index].batch, sample, block);
+    state->kernels.start(state->workers[index].batch);
     state->workers[index].image = &state->images[0];
     return NPH_OK;
 }
@@ -168,6 +169,7 @@ NphStatus nph_light_launch_alone(void *opaque, int index, const NphLaunch *launc
     for (int b = 0; b < NPH_LIGHT_BUFFERS; b++)
         if (nph_stage_lists(reads, nph_light_buffers[b].name)) NPH_TRY(check_input(state, index, b));
     if (launch->stage == NPH_LIGHT_TRACE) NPH_TRY(check_place(state, index));
+    state->kernels.take(state->workers[index].batch, reads);
     nph_light_launch(state, index, launch);
     return NPH_OK;
 }

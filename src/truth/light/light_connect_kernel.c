@@ -13,31 +13,31 @@
 void NPH_KERNEL(nph_light_connect)(NphLightBatch *batch);
 void NPH_KERNEL(nph_light_splat)(const NphLightBatch *batch, const NphLightImage *image);
 
-/* A flight, and what it brings. */
+/* A flight, and what it brings. photon: at the place from which it is connected. */
 typedef struct Connector {
     NphLightBatch *batch;
     const RLightScene *light;
     const RScene *scene;
-    uint32_t name, number;
+    const RFlight *flight;
     RPhoton photon;
-    int own;
-    Real distance, add[3];
-    int hit, touches;
-    Real touch; /* how far the surface is */
+    Real add[3];
 } Connector;
 
-static RStream stream_of(const Connector *k, uint32_t stage) { return r_flight_stream(k->batch, stage, k->name, k->number); }
+static RStream stream_of(const Connector *k, uint32_t stage) {
+    uint32_t flights = (uint32_t)(k->flight->name & 0xffffffff);
+    return r_flight_stream(k->batch, stage, (uint32_t)(k->flight->name >> 32), flights > 0 ? flights - 1u : 0u);
+}
 
-static void write_splat(Connector *k, int64_t flight, const RArrival *arrival) {
-    enum { ROOM = NPH_LIGHT_ROOM };
-    NphLightBatch *batch = k->batch;
-    int i = batch->splats++;
-    batch->splat[i] = flight;
-    batch->at[i] = arrival->s;
-    batch->at[ROOM + i] = arrival->t;
-    r_put3(batch->add, ROOM, i, k->add);
-    r_put3(batch->from, ROOM, i, k->photon.p);
-    batch->splat_order[i] = (int32_t)k->photon.order;
+static void write_splat(Connector *k, const RArrival *arrival) {
+    RSplat *splat = &k->batch->splat[k->batch->splats++];
+    splat->flight = k->flight->name;
+    splat->at[0] = arrival->s;
+    splat->at[1] = arrival->t;
+    for (int c = 0; c < 3; c++) {
+        splat->add[c] = k->add[c];
+        splat->from[c] = k->photon.p[c];
+    }
+    splat->order = (int32_t)k->photon.order;
 }
 
 /* Sends weight * value towards the sensor; 0 when nothing arrives. */
@@ -129,33 +129,27 @@ static int connect_source(Connector *k, RArrival *arrival) {
     return connect(k, &vertex, arrival);
 }
 
-/* The vertex at the end of flight i, from which the photon goes on with what is left of its weight. */
-static int connect_end(Connector *k, int i, RArrival *arrival) {
-    enum { ROOM = NPH_LIGHT_ROOM };
+/* The vertex at the end of the flight, from which the photon goes on with what is left of its weight. */
+static int connect_end(Connector *k, RArrival *arrival) {
     const RScene *scene = k->scene;
+    const RFlight *flight = k->flight;
     RPhoton *photon = &k->photon;
     RVertex vertex;
-    if (k->hit < 0 && !k->touches) return 0;
-    if (k->hit >= 0) {
-        Real p[3] = {photon->p[0] + k->distance * photon->d[0], photon->p[1] + k->distance * photon->d[1],
-                     photon->p[2] + k->distance * photon->d[2]};
-        r_vertex_in_medium(&scene->media[k->hit], p, photon->d, &vertex);
-    } else {
-        Real p[3], n[3];
-        r_get3(k->batch->touch + R_TOUCH_P * ROOM, ROOM, i, p);
-        r_get3(k->batch->touch + R_TOUCH_N * ROOM, ROOM, i, n);
-        r_vertex_on_surface(scene->surfaces.albedo[k->batch->surface[i]], p, n, photon->d, &vertex);
-    }
+    Real p[3];
+    int hit = flight->medium;
+    if (hit < 0 && flight->surface < 0) return 0;
+    for (int a = 0; a < 3; a++) p[a] = hit >= 0 ? photon->p[a] + flight->distance * photon->d[a] : flight->touch[R_TOUCH_P + a];
+    r_vertex_of(scene, hit >= 0 ? hit : -1 - flight->surface, p, flight->touch + R_TOUCH_N, photon->d, &vertex);
     r_wrap_position(&scene->period, vertex.p);
     for (int a = 0; a < 3; a++) photon->p[a] = vertex.p[a];
-    r_get3(k->batch->left, ROOM, i, photon->weight);
+    for (int c = 0; c < 3; c++) photon->weight[c] = flight->left[c];
     photon->order++;
     return connect(k, &vertex, arrival);
 }
 
 /* A crossing of the flux meter, counted when the flight reaches it. */
 static int count_crossing(Connector *k, const RArrival *arrival) {
-    if (!(arrival->distance < (k->hit >= 0 ? k->distance : R_HUGE))) return 0;
+    if (!(arrival->distance < (k->flight->medium >= 0 ? k->flight->distance : R_HUGE))) return 0;
     for (int c = 0; c < 3; c++) k->add[c] = k->photon.weight[c] * arrival->factor;
     if (k->scene->channels > 1) {
         RStream stream = stream_of(k, NPH_RNG_TRACE_FLY);
@@ -170,32 +164,10 @@ static int count_crossing(Connector *k, const RArrival *arrival) {
 /* A flight through the flux meter. What has not met anything yet is seen by the sensor itself (light.see). */
 static int cross(Connector *k, RArrival *arrival) {
     const RPhoton *photon = &k->photon;
-    if (!(photon->order > 0 || k->own) || !r_arrive_by_flight(k->scene, photon->p, photon->d, arrival)) return 0;
-    if (k->touches && !(arrival->distance < k->touch)) return 0;
+    int begins = photon->order == 0 && photon->source != k->scene->light_count;
+    if (begins || !r_arrive_by_flight(k->scene, photon->p, photon->d, arrival)) return 0;
+    if (k->flight->surface >= 0 && !(arrival->distance < k->flight->touch[R_TOUCH_T])) return 0;
     return k->light->choice.expected ? send(k, arrival, NPH_RNG_TRACE_PASS, R(1.0)) : count_crossing(k, arrival);
-}
-
-/* Flight i of the list. */
-static void load(Connector *k, int i) {
-    enum { ROOM = NPH_LIGHT_ROOM };
-    const NphLightBatch *batch = k->batch;
-    RPhoton *photon = &k->photon;
-    uint32_t flights = (uint32_t)(batch->flight[i] & 0xffffffff);
-    k->name = (uint32_t)(batch->flight[i] >> 32);
-    k->number = flights > 0 ? flights - 1u : 0u;
-    r_get3(batch->ray, ROOM, i, photon->p);
-    r_get3(batch->ray + 3 * ROOM, ROOM, i, photon->d);
-    r_get3(batch->weight, ROOM, i, photon->weight);
-    if (k->scene->channels > 1) {
-        r_get3(batch->share, ROOM, i, photon->share);
-        photon->hero = batch->flight_hero[i];
-    }
-    photon->order = (uint32_t)batch->order[i];
-    k->own = batch->source[k->name] == k->scene->light_count;
-    k->distance = batch->distance[i];
-    k->hit = batch->medium[i];
-    k->touches = k->scene->surfaces.count > 0 && batch->surface[i] >= 0;
-    if (k->touches) k->touch = batch->touch[R_TOUCH_T * ROOM + i];
 }
 
 void NPH_KERNEL(nph_light_connect)(NphLightBatch *batch) {
@@ -204,55 +176,53 @@ void NPH_KERNEL(nph_light_connect)(NphLightBatch *batch) {
     batch->splats = 0;
     for (int i = 0; i < batch->flights; i++) {
         RArrival arrival;
-        load(&k, i);
-        int source = (batch->flight[i] & 0xffffffff) == 0;
-        int arrives = counts ? cross(&k, &arrival) : source ? connect_source(&k, &arrival) : connect_end(&k, i, &arrival);
-        if (arrives) write_splat(&k, batch->flight[i], &arrival);
+        k.flight = &batch->flight[i];
+        k.photon = k.flight->photon;
+        int begins = (k.flight->name & 0xffffffff) == 0;
+        int arrives = counts ? cross(&k, &arrival) : begins ? connect_source(&k, &arrival) : connect_end(&k, &arrival);
+        if (arrives) write_splat(&k, &arrival);
     }
 }
 
 /* A splat on its way into an image. */
-typedef struct Splat {
+typedef struct Arriving {
     const NphLightBatch *batch;
     const NphLightImage *image;
-    int number;
-    Real add[3];
-} Splat;
+    const RSplat *splat;
+} Arriving;
 
 /* Replay: what arrives. */
-static void tell(const Splat *splat) {
-    enum { ROOM = NPH_LIGHT_ROOM };
-    const NphLightBatch *batch = splat->batch;
+static void tell(const Arriving *arriving) {
+    const NphLightBatch *batch = arriving->batch;
+    const RSplat *splat = arriving->splat;
     const double *o = batch->light->scene.origin;
     char text[256];
-    Real p[3];
-    r_get3(batch->from, ROOM, splat->number, p);
     snprintf(text, sizeof text, "  photon %u after %d scatterings at %.9g %.9g %.9g: adds %.9g %.9g %.9g",
-             batch->first + (uint32_t)(batch->splat[splat->number] >> 32), batch->splat_order[splat->number], (double)p[0] + o[0],
-             (double)p[1] + o[1], (double)p[2] + o[2], (double)splat->add[0], (double)splat->add[1], (double)splat->add[2]);
-    splat->image->line(splat->image->user, text);
+             batch->first + (uint32_t)(splat->flight >> 32), splat->order, (double)splat->from[0] + o[0],
+             (double)splat->from[1] + o[1], (double)splat->from[2] + o[2], (double)splat->add[0], (double)splat->add[1],
+             (double)splat->add[2]);
+    arriving->image->line(arriving->image->user, text);
 }
 
 /* Adds what arrives to a pixel. */
 static void arrived(void *user, int x, int y) {
-    const Splat *splat = user;
-    const NphLightImage *image = splat->image;
+    const Arriving *arriving = user;
+    const RSplat *splat = arriving->splat;
+    const NphLightImage *image = arriving->image;
     const int *crop = image->crop;
     if (x < crop[0] || y < crop[1] || x >= crop[2] || y >= crop[3]) return;
     int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]), at = (y - crop[1]) * width + x - crop[0];
-    int channels = splat->batch->light->scene.film_channels;
+    int channels = arriving->batch->light->scene.film_channels;
     for (int c = 0; c < channels; c++) image->planes[c * pixels + at] += (double)splat->add[c];
-    image->planes[channels * pixels + at] += (double)splat->batch->splat_order[splat->number] * (double)r_luminance(splat->add);
-    if (image->line) tell(splat);
+    image->planes[channels * pixels + at] += (double)splat->order * (double)r_luminance(splat->add);
+    if (image->line) tell(arriving);
 }
 
 void NPH_KERNEL(nph_light_splat)(const NphLightBatch *batch, const NphLightImage *image) {
-    enum { ROOM = NPH_LIGHT_ROOM };
-    Splat splat = {.batch = batch, .image = image};
+    Arriving arriving = {.batch = batch, .image = image};
     for (int i = 0; i < batch->splats; i++) {
-        RArrival arrival = {.s = batch->at[i], .t = batch->at[ROOM + i]};
-        splat.number = i;
-        r_get3(batch->add, ROOM, i, splat.add);
-        r_arrive(&batch->light->scene, &batch->light->choice.aim, &arrival, arrived, &splat);
+        arriving.splat = &batch->splat[i];
+        RArrival arrival = {.s = batch->splat[i].at[0], .t = batch->splat[i].at[1]};
+        r_arrive(&batch->light->scene, &batch->light->choice.aim, &arrival, arrived, &arriving);
     }
 }

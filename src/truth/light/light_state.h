@@ -26,31 +26,48 @@ typedef struct RPhoton {
     int source;     /* the light that it comes from, or their number: a medium's own */
 } RPhoton;
 
-/* What a worker traces: a block of photons of one sample. Rows of an array lie a room apart. */
+/* A flight: the photon as it sets out, where it ends, and with what it goes on from there. */
+typedef struct RFlight {
+    int64_t name;            /* photon of the block << 32 | number of its flight + 1; or 0: the place where it begins */
+    RPhoton photon;
+    Real distance, touch[7]; /* touch: where light leaves the surface, its normal, how far it is */
+    Real left[3];
+    int32_t medium, surface; /* that it collides in; that it ends at if it does not; -1: none */
+} RFlight;
+
+/* What a flight brings to the sensor. */
+typedef struct RSplat {
+    int64_t flight;
+    double at[2];        /* on the sensor, -1 to 1 */
+    Real add[3], from[3];
+    int32_t order;
+} RSplat;
+
+/* Copies of a photon that still wait at a vertex. */
+typedef struct RWaiting {
+    RPhoton photon;
+    RVertex vertex;
+    int32_t where, copies; /* where: medium of the vertex, or -1 - surface */
+} RWaiting;
+
+/* What a worker traces: a block of photons of one sample. */
 struct NphLightBatch {
     const RLightScene *light;
     uint32_t sample, first; /* number of the block's first photon */
     int photons;
     Real *begin, *power, *unit; /* of a photon that sets out: [6], [3]; unit 0: it carries nothing */
-    int32_t *source, *hero;     /* light that it comes from, or their number: a medium's own */
+    int32_t *source, *hero;
     int64_t place[2];           /* photons that have set out; flights so far of the last of these, but one */
-    int waiting;                /* copies of that photon still to fly, the next one last */
-    Real *wait;                 /* position, direction of arrival, normal, weight, share: [15] */
-    int32_t *wait_at;           /* R_WAIT_... */
-    int flights, splats;
-    int64_t *flight;            /* photon of the block << 32 | number of its flight + 1; or 0: the place where it begins */
-    Real *ray, *weight, *share, *distance, *touch, *left; /* [6], [3], [3], 1, [7], [3] */
-    int32_t *flight_hero, *order, *medium, *surface;
-    int64_t *splat;
-    double *at;                 /* [2]: on the sensor, -1 to 1 */
-    Real *add, *from;           /* [3], [3] */
-    int32_t *splat_order;
+    int waiting, flights, splats;
+    RWaiting *wait;             /* copies of that photon, the next one last */
+    RFlight *flight;
+    RSplat *splat;
+    void *columns;              /* where others look: the same, as structures of arrays */
+    int placing;                /* columns hold inputs, which the lists do not have yet */
     NphTally tally;
 };
 
-enum { R_WAIT_P = 0, R_WAIT_D = 3, R_WAIT_N = 6, R_WAIT_WEIGHT = 9, R_WAIT_SHARE = 12, R_WAIT_REALS = 15 };
-enum { R_WAIT_WHERE, R_WAIT_HERO, R_WAIT_ORDER, R_WAIT_COPIES, R_WAIT_INTS }; /* where: medium, or -1 - surface */
-enum { R_TOUCH_P = 0, R_TOUCH_N = 3, R_TOUCH_T = 6, R_TOUCH_REALS = 7 };
+enum { R_TOUCH_P = 0, R_TOUCH_N = 3, R_TOUCH_T = 6 };
 
 static inline void r_put3(Real *rows, int room, int i, const Real value[3]) {
     for (int k = 0; k < 3; k++) rows[k * room + i] = value[k];
@@ -58,6 +75,11 @@ static inline void r_put3(Real *rows, int room, int i, const Real value[3]) {
 
 static inline void r_get3(const Real *rows, int room, int i, Real value[3]) {
     for (int k = 0; k < 3; k++) value[k] = rows[k * room + i];
+}
+
+static inline void r_vertex_of(const RScene *scene, int32_t where, const Real p[3], const Real n[3], const Real d[3], RVertex *vertex) {
+    if (where >= 0) r_vertex_in_medium(&scene->media[where], p, d, vertex);
+    else r_vertex_on_surface(scene->surfaces.albedo[-1 - where], p, n, d, vertex);
 }
 
 static inline RStream r_flight_stream(const NphLightBatch *batch, uint32_t stage, uint32_t photon, uint32_t number) {

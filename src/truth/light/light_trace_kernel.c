@@ -6,6 +6,8 @@
  * albedo; roulette ends photons whose weight has become small. Towards a flux meter behind thick layers photons are split,
  * so that a deep one is not one in a million but many with a millionth of the weight. Every flight is written down, for
  * light_connect_kernel.c; where there is no room for more, what is under way waits for the next launch. */
+#include <string.h>
+
 #include "truth/light/light_1_emit_lookup.h"
 
 void NPH_KERNEL(nph_light_emit)(NphLightBatch *batch);
@@ -76,43 +78,25 @@ static void reweigh(Tracer *t, int hit, Real distance) {
     }
 }
 
-/* A flight as it sets out; its place in the list. What this scene has none of is left alone. */
-static int write_flight(Tracer *t, int64_t number) {
-    enum { ROOM = NPH_LIGHT_ROOM };
-    NphLightBatch *batch = t->batch;
-    const RScene *scene = t->scene;
-    const RPhoton *photon = &t->photon;
-    const Real none[3] = {R(0.0), R(0.0), R(0.0)};
-    int i = batch->flights++;
-    batch->flight[i] = (int64_t)t->name << 32 | number;
-    r_put3(batch->ray, ROOM, i, photon->p);
-    r_put3(batch->ray + 3 * ROOM, ROOM, i, photon->d);
-    r_put3(batch->weight, ROOM, i, photon->weight);
-    batch->order[i] = (int32_t)photon->order;
-    batch->distance[i] = R(0.0);
-    batch->medium[i] = -1;
-    if (scene->channels > 1) {
-        r_put3(batch->share, ROOM, i, photon->share);
-        batch->flight_hero[i] = photon->hero;
-    }
-    if (scene->surfaces.count > 0) {
-        batch->surface[i] = -1;
-        for (int k = 0; k < R_TOUCH_REALS; k++) batch->touch[k * ROOM + i] = R(0.0);
-    }
-    if (scene->sensor.kind != NPH_SENSOR_FLUX) r_put3(batch->left, ROOM, i, none);
-    return i;
+/* A flight as it sets out. */
+static RFlight *write_flight(Tracer *t, int64_t number) {
+    RFlight *flight = &t->batch->flight[t->batch->flights++];
+    flight->name = (int64_t)t->name << 32 | number;
+    flight->photon = t->photon;
+    flight->distance = R(0.0);
+    flight->medium = flight->surface = -1;
+    for (int c = 0; c < 3; c++) flight->left[c] = R(0.0);
+    if (t->scene->surfaces.count > 0) memset(flight->touch, 0, sizeof flight->touch);
+    return flight;
 }
 
-static void write_end(Tracer *t, int i, int hit, Real distance, const RMet *met) {
-    enum { ROOM = NPH_LIGHT_ROOM };
-    NphLightBatch *batch = t->batch;
-    batch->distance[i] = distance;
-    batch->medium[i] = hit;
-    if (met->surface < 0) return;
-    batch->surface[i] = met->surface;
-    r_put3(batch->touch + R_TOUCH_P * ROOM, ROOM, i, met->p);
-    r_put3(batch->touch + R_TOUCH_N * ROOM, ROOM, i, met->n);
-    batch->touch[R_TOUCH_T * ROOM + i] = met->t;
+static void write_touch(RFlight *flight, const RMet *met) {
+    flight->surface = met->surface;
+    for (int a = 0; a < 3; a++) {
+        flight->touch[R_TOUCH_P + a] = met->p[a];
+        flight->touch[R_TOUCH_N + a] = met->n[a];
+    }
+    flight->touch[R_TOUCH_T] = met->t;
 }
 
 /* One flight; 0 when the photon leaves. */
@@ -123,9 +107,11 @@ static int advance(Tracer *t) {
     RMet met = {.surface = -1};
     Real distance;
     int touches = scene->surfaces.count > 0 && r_closest_surface(scene, photon->p, photon->d, R_HUGE, &met);
-    int i = write_flight(t, (int64_t)t->number + 1), hit = fly(t, touches ? met.limit : R_HUGE, &distance);
-    if (!touches) met.surface = -1;
-    write_end(t, i, hit, distance, &met);
+    RFlight *flight = write_flight(t, (int64_t)t->number + 1);
+    int hit = fly(t, touches ? met.limit : R_HUGE, &distance);
+    flight->distance = distance;
+    flight->medium = hit;
+    if (touches) write_touch(flight, &met);
     if (scene->channels > 1) reweigh(t, hit, distance);
     if (hit < 0 && !touches) return 0;
     if (hit >= 0) {
@@ -141,7 +127,7 @@ static int advance(Tracer *t) {
     for (int a = 0; a < 3; a++) photon->p[a] = vertex->p[a];
     for (int c = 0; c < 3; c++) photon->weight[c] *= vertex->albedo[c];
     photon->order++;
-    if (scene->sensor.kind != NPH_SENSOR_FLUX) r_put3(t->batch->left, NPH_LIGHT_ROOM, i, photon->weight);
+    for (int c = 0; c < 3; c++) flight->left[c] = photon->weight[c];
     return 1;
 }
 
@@ -185,42 +171,20 @@ static int multiply(Tracer *t, Real chance) {
 
 /* Copies of the photon that are still to go on from the vertex. */
 static void put_aside(Tracer *t, int copies) {
-    enum { ROOM = NPH_LIGHT_SPLITS + 1 };
-    NphLightBatch *batch = t->batch;
-    int i = batch->waiting++;
-    r_put3(batch->wait + R_WAIT_P * ROOM, ROOM, i, t->vertex.p);
-    r_put3(batch->wait + R_WAIT_D * ROOM, ROOM, i, t->vertex.d);
-    r_put3(batch->wait + R_WAIT_N * ROOM, ROOM, i, t->vertex.n);
-    r_put3(batch->wait + R_WAIT_WEIGHT * ROOM, ROOM, i, t->photon.weight);
-    r_put3(batch->wait + R_WAIT_SHARE * ROOM, ROOM, i, t->photon.share);
-    batch->wait_at[R_WAIT_WHERE * ROOM + i] = t->where;
-    batch->wait_at[R_WAIT_HERO * ROOM + i] = t->photon.hero;
-    batch->wait_at[R_WAIT_ORDER * ROOM + i] = (int32_t)t->photon.order;
-    batch->wait_at[R_WAIT_COPIES * ROOM + i] = copies;
+    RWaiting *waiting = &t->batch->wait[t->batch->waiting++];
+    waiting->photon = t->photon;
+    waiting->vertex = t->vertex;
+    waiting->where = t->where;
+    waiting->copies = copies;
 }
 
 /* The last of what waits. */
 static void take_up(Tracer *t) {
-    enum { ROOM = NPH_LIGHT_SPLITS + 1 };
-    NphLightBatch *batch = t->batch;
-    const RScene *scene = t->scene;
-    int i = batch->waiting - 1;
-    Real p[3], d[3], n[3];
-    r_get3(batch->wait + R_WAIT_P * ROOM, ROOM, i, p);
-    r_get3(batch->wait + R_WAIT_D * ROOM, ROOM, i, d);
-    r_get3(batch->wait + R_WAIT_N * ROOM, ROOM, i, n);
-    r_get3(batch->wait + R_WAIT_WEIGHT * ROOM, ROOM, i, t->photon.weight);
-    r_get3(batch->wait + R_WAIT_SHARE * ROOM, ROOM, i, t->photon.share);
-    t->where = batch->wait_at[R_WAIT_WHERE * ROOM + i];
-    t->photon.hero = batch->wait_at[R_WAIT_HERO * ROOM + i];
-    t->photon.order = (uint32_t)batch->wait_at[R_WAIT_ORDER * ROOM + i];
-    if (t->where >= 0) r_vertex_in_medium(&scene->media[t->where], p, d, &t->vertex);
-    else r_vertex_on_surface(scene->surfaces.albedo[-1 - t->where], p, n, d, &t->vertex);
-    for (int a = 0; a < 3; a++) {
-        t->photon.p[a] = p[a];
-        t->photon.d[a] = d[a];
-    }
-    if (--batch->wait_at[R_WAIT_COPIES * ROOM + i] == 0) batch->waiting--;
+    RWaiting *waiting = &t->batch->wait[t->batch->waiting - 1];
+    t->photon = waiting->photon;
+    t->vertex = waiting->vertex;
+    t->where = waiting->where;
+    if (--waiting->copies == 0) t->batch->waiting--;
 }
 
 /* At a vertex, but for the new direction; 0 when the photon ends there. */
@@ -276,7 +240,6 @@ static void name_photon(Tracer *t, int name) {
     const NphLightBatch *batch = t->batch;
     Real p[3];
     t->name = name;
-    t->photon.unit = batch->unit[name];
     r_get3(batch->begin, ROOM, name, p);
     if (t->light->choice.split) t->reach = way_to_meter(t, p);
 }
@@ -291,10 +254,11 @@ static int set_out(Tracer *t) {
     r_get3(batch->begin + 3 * ROOM, ROOM, t->name, photon->d);
     r_get3(batch->power, ROOM, t->name, photon->weight);
     for (int c = 0; c < 3; c++) photon->share[c] = R(1.0);
+    photon->unit = batch->unit[t->name];
     photon->hero = batch->hero[t->name];
+    photon->source = batch->source[t->name];
     photon->order = 0;
-    int own = batch->source[t->name] == t->scene->light_count;
-    if (own && t->scene->sensor.kind != NPH_SENSOR_FLUX) write_flight(t, 0);
+    if (photon->source == t->scene->light_count && t->scene->sensor.kind != NPH_SENSOR_FLUX) write_flight(t, 0);
     return advance(t) && visit(t);
 }
 
@@ -316,7 +280,7 @@ void NPH_KERNEL(nph_light_trace)(NphLightBatch *batch) {
             continue;
         }
         name_photon(&t, next++);
-        if (t.photon.unit > R(0.0)) go_on(&t, set_out(&t));
+        if (batch->unit[t.name] > R(0.0)) go_on(&t, set_out(&t));
     }
     batch->place[0] = next;
     batch->place[1] = (int64_t)t.number;

@@ -34,9 +34,7 @@ typedef enum NphLightBuffer {
 typedef enum NphLightArgument { NPH_LIGHT_ARG_SAMPLE, NPH_LIGHT_ARG_BLOCK, NPH_LIGHT_ARG_TILE, NPH_LIGHT_ARGUMENTS } NphLightArgument;
 
 /* Photons of a block; flights of one launch; vertices at which copies of a photon wait, and how many copies at most. */
-enum { NPH_LIGHT_BLOCK = 1024, NPH_LIGHT_FLIGHTS = 4096, NPH_LIGHT_SPLITS = 256, NPH_LIGHT_COPIES = 16 };
-/* Rows of flights lie so far apart: at a power of 2 they would share few lines of a cache. */
-enum { NPH_LIGHT_ROOM = NPH_LIGHT_FLIGHTS + 16 };
+enum { NPH_LIGHT_BLOCK = 1024, NPH_LIGHT_FLIGHTS = 1024, NPH_LIGHT_SPLITS = 256, NPH_LIGHT_COPIES = 16 };
 
 enum { NPH_LIGHT_KNOB_PHOTONS, NPH_LIGHT_KNOB_ROULETTE, NPH_LIGHT_KNOB_CONNECT_ROULETTE, NPH_LIGHT_KNOB_COUNT,
        NPH_LIGHT_KNOB_SPLIT, NPH_LIGHT_KNOBS };
@@ -92,7 +90,7 @@ typedef struct NphLightKernels {
     size_t (*scene_bytes)(void);
     void (*prepare)(const NphJob *job, const NphLightChoice *choice, const NphEmissionSources *sources, void *scene);
     size_t (*batch_bytes)(void);
-    void (*layout)(void *memory, const void *scene, NphLightBatch **batch);
+    void (*layout)(void *memory, void *columns, const void *scene, NphLightBatch **batch);
     void (*begin)(NphLightBatch *batch, int64_t sample, int64_t block);
     void (*emit)(NphLightBatch *batch);
     /* Follows as many photons as there is room for flights, until none is unfinished. */
@@ -105,6 +103,10 @@ typedef struct NphLightKernels {
     void (*see)(const void *scene, const double *traced, const int origin[2], const int inside[4], int64_t sample, void *samples,
                 NphTally *tally);
     int64_t (*items)(const NphLightBatch *batch, NphLightStage stage);
+    /* What follows needs columns of so many bytes; start: inputs are placed, and `take` makes them the batch's. */
+    size_t (*column_bytes)(void);
+    void (*start)(NphLightBatch *batch);
+    void (*take)(NphLightBatch *batch, const char *reads);
     NphStatus (*extend)(NphLightBatch *batch, int buffer, int64_t items);
     int (*view)(NphLightBatch *batch, int buffer, NphView *view);
     NphTally *(*tally)(NphLightBatch *batch);
@@ -114,7 +116,7 @@ void nph_light_kernels(int precision, NphLightKernels *kernels);
 typedef struct NphLightWorker {
     NphLightBatch *batch;
     NphLightImage *image; /* that its photons go to */
-    void *memory, *samples;
+    void *memory, *columns, *samples; /* columns: NULL where nobody looks */
     double *traced, *film_scratch;
     NphStageCounts counts;
 } NphLightWorker;
@@ -136,6 +138,7 @@ typedef struct NphLightState {
     int64_t chunk, images_done, images_total, images_before;
     double started;
 } NphLightState;
+NphStatus nph_light_open_columns(NphLightState *state, int worker); /* for tap, and stages alone */
 int64_t nph_light_blocks(const NphLightState *state);
 void nph_light_launch(NphLightState *state, int worker, const NphLaunch *launch);
 
