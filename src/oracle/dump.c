@@ -389,6 +389,9 @@ static NphStatus open_dump(Dump *dump, const NphJob *job, const NphDumpOptions *
         return nph_error(job->context, NPH_BAD_USAGE, "method %s has no stage %s", dump->method->name, options->stage);
     if (options->pixel_given) {
         const int *p = options->pixel;
+        if (dump->method->shares_samples)
+            return nph_error(job->context, NPH_BAD_USAGE, "launches of method %s are not of single pixels: select a stage, a launch or a "
+                             "batch", dump->method->name);
         if (p[0] < crop[0] || p[1] < crop[1] || p[0] >= crop[2] || p[1] >= crop[3])
             return nph_error(job->context, NPH_BAD_USAGE, "pixel %d,%d is not in the picture (%d,%d to %d,%d)", p[0], p[1], crop[0],
                              crop[1], crop[2] - 1, crop[3] - 1);
@@ -433,7 +436,12 @@ static NphStatus check_folder(NphContext *context, const char *path) {
     return entries == 0 ? NPH_OK : nph_error(context, NPH_BAD_OUTPUT, "%s: holds files already: a dump needs an empty folder", path);
 }
 
-/* Counts what the tiles around the middle would take, of the first samples, and scales it up. */
+static int tiles_of(const int crop[4]) {
+    return ((crop[2] - 1) / NPH_TILE - crop[0] / NPH_TILE + 1) * ((crop[3] - 1) / NPH_TILE - crop[1] / NPH_TILE + 1);
+}
+
+/* Counts what the tiles around the middle would take, of the first samples, and scales it up; all tiles where pixels share their
+ * samples. */
 static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                           const NphMethod *method, double *bytes) {
     enum { REACH = 2 * NPH_TILE };
@@ -441,8 +449,7 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     NphDumpOptions all = *what;
     NphRenderOptions few = *options;
     NphFilm *film = NULL;
-    int one = what->batch >= 0, tiles = 0, whole = 0;
-    all.batch = -1;
+    int one = what->batch >= 0, shared = method->shares_samples, tiles = 0, whole = 0;
     all.pixel_given = 0;
     few.samples = few.sample_begin = few.sample_end = 0;
     few.target_error = few.time_budget_s = 0.0;
@@ -450,17 +457,18 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     few.crop_given = 1;
     for (int a = 0; a < 2; a++) {
         int middle = what->pixel_given ? what->pixel[a] : (job->crop[a] + job->crop[a + 2]) / 2, at = middle / NPH_TILE * NPH_TILE;
-        int reach = what->pixel_given ? 0 : REACH;
+        int reach = what->pixel_given ? 0 : shared ? job->crop[a + 2] : REACH; /* photons are the whole picture's */
         few.crop[a] = at - reach > job->crop[a] ? at - reach : job->crop[a];
         few.crop[a + 2] = at + reach + NPH_TILE < job->crop[a + 2] ? at + reach + NPH_TILE : job->crop[a + 2];
     }
-    tiles = (few.crop[2] - few.crop[0] + NPH_TILE - 1) / NPH_TILE * ((few.crop[3] - few.crop[1] + NPH_TILE - 1) / NPH_TILE);
-    whole = what->pixel_given ? 1 : (job->crop[2] - job->crop[0] + NPH_TILE - 1) / NPH_TILE * ((job->crop[3] - job->crop[1] + NPH_TILE - 1) / NPH_TILE);
+    tiles = tiles_of(few.crop);
+    whole = what->pixel_given ? 1 : tiles_of(job->crop);
+    all.batch = one && shared ? what->batch % (NPH_CHUNK + whole) : -1;
     NPH_TRY(open_dump(&dump, job, &all));
     NphTap tap = {&dump, before, after};
     NphStatus status = nph_render_tapped(job->context, scene, &few, &tap, &film, NULL);
     *bytes = (double)(dump.bytes - dump.once);
-    *bytes *= one ? 1.0 / tiles : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
+    *bytes *= one ? (shared ? 1.0 : 1.0 / tiles) : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
     *bytes += (double)dump.once;
     close_dump(&dump);
     nph_film_free(job->context, film);

@@ -152,21 +152,40 @@ static int bin_of(double ulp) {
     return bin;
 }
 
-/* Positions in the candidate of the reference's items; NO_ITEM where it has none. NULL: by position. */
-static NphStatus match(Verify *v, const NphArray *ours, const NphArray *theirs, int64_t **out) {
-    int64_t count = nph_array_count(ours), others = nph_array_count(theirs), largest = -1, *place = NULL;
-    for (int64_t i = 0; i < count; i++) largest = value_at(ours, i) > (double)largest ? (int64_t)value_at(ours, i) : largest;
-    NPH_TRY(NPH_NEW(v->context, count > 0 ? count : 1, "positions of items", out));
-    NphStatus status = NPH_NEW(v->context, largest + 2, "items by identity", &place);
-    if (status != NPH_OK) return status;
-    for (int64_t i = 0; i < largest + 2; i++) place[i] = NO_ITEM;
-    for (int64_t i = 0; i < others; i++)
-        if (value_at(theirs, i) >= 0.0 && value_at(theirs, i) <= (double)largest) place[(int64_t)value_at(theirs, i)] = i;
-    for (int64_t i = 0; i < count; i++) {
-        double id = value_at(ours, i);
-        (*out)[i] = id >= 0.0 && id <= (double)largest ? place[(int64_t)id] : NO_ITEM;
+/* An item and where it stands. */
+typedef struct Item {
+    double id;
+    int64_t at;
+} Item;
+
+static int by_id(const void *a, const void *b) {
+    const Item *x = a, *y = b;
+    if (x->id < y->id || x->id > y->id) return x->id < y->id ? -1 : 1;
+    return (x->at > y->at) - (x->at < y->at);
+}
+
+/* The last place of an item in a sorted list; NO_ITEM where it is not there. */
+static int64_t place_of(const Item *items, int64_t count, double id) {
+    int64_t lo = 0, hi = count; /* items before lo are not above id, those from hi on are */
+    while (lo < hi) {
+        int64_t middle = lo + (hi - lo) / 2;
+        if (items[middle].id > id) hi = middle;
+        else lo = middle + 1;
     }
-    nph_free(v->context, place);
+    return lo > 0 && !(items[lo - 1].id < id) ? items[lo - 1].at : NO_ITEM;
+}
+
+/* Positions in the candidate of the reference's items; NO_ITEM where it has none. Identities may be far apart. */
+static NphStatus match(Verify *v, const NphArray *ours, const NphArray *theirs, int64_t **out) {
+    int64_t count = nph_array_count(ours), others = nph_array_count(theirs), known = 0;
+    Item *items = NULL;
+    NPH_TRY(NPH_NEW(v->context, count > 0 ? count : 1, "positions of items", out));
+    NPH_TRY(NPH_NEW(v->context, others > 0 ? others : 1, "items by identity", &items));
+    for (int64_t i = 0; i < others; i++)
+        if (value_at(theirs, i) >= 0.0) items[known++] = (Item){value_at(theirs, i), i};
+    qsort(items, (size_t)known, sizeof *items, by_id);
+    for (int64_t i = 0; i < count; i++) (*out)[i] = place_of(items, known, value_at(ours, i));
+    nph_free(v->context, items);
     return NPH_OK;
 }
 

@@ -51,7 +51,7 @@ typedef struct NphMethod {
     NphStatus (*replay)(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user);
     /* Stages alone, in a worker's memory. NULL, and no arguments: the method cannot be looked into. To run one: begin_launch,
      * then for every buffer that it reads, in the order of the table, extend and view, and the input is copied; then check, launch,
-     * and view what it writes. */
+     * and view what it writes. Batches of a chunk of samples: its tiles; with shares_samples each sample, then the tiles. */
     const char *const *arguments; /* what tells the launches of a stage apart: "tile", "light" */
     int argument_count;
     NphStatus (*begin_launch)(void *state, int worker, NphFilm *film, const NphLaunch *launch);

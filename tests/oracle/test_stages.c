@@ -40,6 +40,11 @@ static const char *const scenes[] = {
     CAMERA "wavelengths: [420, 480, 550, 600, 690]\n"
            "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [8, 6, 4, 3, 2], albedo: [1, 0.9, 0.8, 0.9, 1], phase: {type: hg, g: 0.8}}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1, 2, 3]}\n",
+    /* a grid over a box, channels, all kinds of light but environments; no surface and no emission */
+    CAMERA "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5]}\n"
+           "  - {" CLOUD ", extinction: [20, 30, 9], albedo: 0.9}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n  - {type: constant, radiance: 0.2}\n"
+           "  - {type: point, position: [0.5, 0.5, 0.5], intensity: [1, 2, 3]}\n",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes, MAX_METHODS = 16 };
 
@@ -59,15 +64,18 @@ static void remove_folder(const char *folder) {
     ck_assert_int_eq(system(command), 0);
 }
 
-static void dump(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const char *folder, NphManifest *manifest) {
+/* 0 when the method refuses the scene. */
+static int dump(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const char *folder, NphManifest *manifest) {
     NphFilm *film = NULL;
     NphDumpOptions what;
     nph_dump_options_default(&what);
     what.folder = folder;
     NphStatus status = nph_dump(context, scene, "test.yaml", options, &what, &film, NULL);
+    if (status == NPH_BAD_SCENE || status == NPH_BAD_USAGE) return 0;
     ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
     nph_film_free(context, film);
     ck_assert_int_eq(nph_manifest_read(context, folder, manifest), NPH_OK);
+    return 1;
 }
 
 static int same(const NphArray *a, const NphArray *b) {
@@ -99,50 +107,103 @@ static int differing(NphContext *context, NphStages *stages, const NphManifest *
     return different;
 }
 
-static void replay(int method, const char *text, int precision) {
-    NphContext *context = nph_test_context(2);
-    NphScene *scene = parse(context, text);
-    NphRenderOptions options, again;
-    NphManifest manifest;
+static void replay_launches(int method, NphContext *context, const NphScene *scene, const NphManifest *manifest) {
+    NphRenderOptions again;
     NphStages *stages = NULL;
-    nph_render_options_default(&options);
-    options.method = nph_method(method)->name;
-    options.samples = 16;
-    options.precision = precision;
-    const char *folder = nph_test_temporary("dump");
-    dump(context, scene, &options, folder, &manifest);
-    nph_manifest_options(&manifest, &again);
+    nph_manifest_options(manifest, &again);
     ck_assert_int_eq(nph_stages_open(context, scene, &again, &stages), NPH_OK);
-    for (int l = manifest.launch_count - 1; l >= 0; l--) { /* backwards: what earlier launches left in memory is not there */
-        const NphManifestLaunch *launch = &manifest.launches[l];
-        ck_assert_msg(differing(context, stages, &manifest, launch) == 0, "batch %lld launch %lld %s", (long long)launch->batch,
+    for (int l = manifest->launch_count - 1; l >= 0; l--) { /* backwards: what earlier launches left in memory is not there */
+        const NphManifestLaunch *launch = &manifest->launches[l];
+        ck_assert_msg(differing(context, stages, manifest, launch) == 0, "batch %lld launch %lld %s", (long long)launch->batch,
                       (long long)launch->number, launch->stage);
         for (int s = 0; s < nph_stages_count(stages); s++)
             replayed[method][s] += strcmp(nph_stages_stage(stages, s).name, launch->stage) == 0;
     }
     nph_stages_close(stages);
-    nph_manifest_free(context, &manifest);
+}
+
+static NphRenderOptions options_of(int method, int precision) {
+    static const char *const knobs[] = {"photonmap.photons=300", "photonmap.nearest=8"};
+    NphRenderOptions options;
+    nph_render_options_default(&options);
+    options.method = nph_method(method)->name;
+    options.samples = 16;
+    options.precision = precision;
+    if (strcmp(options.method, "photonmap") == 0) {
+        options.knobs = knobs;
+        options.knob_count = 2;
+    }
+    return options;
+}
+
+static void replay(int method, const char *text, const NphRenderOptions *options) {
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context, text);
+    NphManifest manifest;
+    const char *folder = nph_test_temporary("dump");
+    if (dump(context, scene, options, folder, &manifest)) {
+        replay_launches(method, context, scene, &manifest);
+        nph_manifest_free(context, &manifest);
+        remove_folder(folder);
+    }
     nph_scene_free(context, scene);
     nph_test_context_close(context);
-    remove_folder(folder);
 }
 
 START_TEST(a_stage_given_its_own_inputs_writes_its_own_outputs) {
     const NphMethod *method = nph_method(_i);
-    if (!method->launch) {
-        char why[128];
-        snprintf(why, sizeof why, "the stages of %s cannot be run alone", method->name);
-        nph_test_skip(why);
-        return;
-    }
     int all = nph_test_statistics("stages alone in all scenes and f64");
     for (int s = 0; s < SCENES; s++)
-        for (int precision = 32; precision <= 64; precision += 32)
-            if (all || (precision == 32 && (s == 2 || s == 3))) replay(_i, scenes[s], precision); /* these two have every stage */
+        for (int precision = 32; precision <= 64; precision += 32) {
+            NphRenderOptions options = options_of(_i, precision);
+            int has_all = strcmp(method->name, "photonmap") == 0 ? s == SCENES - 1 : s == 2 || s == 3; /* that is, every stage */
+            if (all || (precision == 32 && has_all)) replay(_i, scenes[s], &options);
+        }
     for (int s = 0; s < method->stage_count; s++) {
         printf("    %s: %d launches\n", method->stages[s].name, replayed[_i][s]);
         ck_assert_msg(replayed[_i][s] > 0, "%s was never launched", method->stages[s].name);
     }
+}
+END_TEST
+
+static int method_named(const char *name) {
+    int method = 0;
+    while (strcmp(nph_method(method)->name, name) != 0) method++;
+    return method;
+}
+
+/* Photons that are split deep in a layer fill more than a launch's flights: some wait for the next one. */
+START_TEST(photons_wait_for_room_and_go_on) {
+    static const char *const knobs[] = {"light.photons=3000", "light.split=1"};
+    int method = method_named("light"), parts = 0;
+    NphContext *context = nph_test_context(2);
+    NphScene *scene = parse(context,
+                            "nephos: 1\ncamera: {type: flux, position: [0, 0, -0.1], direction: [0, 0, 1], extent: 1, resolution: [4, 2], up: [0, 1, 0]}\n"
+                            "media:\n  - {layer: [0, 1], extinction: [9, 12, 15], albedo: 0.9, phase: {type: hg, g: 0.5}}\n"
+                            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: 3}\n");
+    NphRenderOptions options = options_of(method, 32);
+    NphManifest manifest;
+    const char *folder = nph_test_temporary("dump");
+    options.knobs = knobs;
+    options.knob_count = 2;
+    ck_assert(dump(context, scene, &options, folder, &manifest));
+    for (int l = 1; l < manifest.launch_count; l++) {
+        const NphManifestLaunch *launch = &manifest.launches[l];
+        NphArray waiting;
+        if (strcmp(launch->stage, "light.trace") != 0) continue;
+        for (int i = 0; i < launch->input_count; i++) {
+            if (strcmp(launch->inputs[i].buffer, "light.waiting") != 0) continue;
+            ck_assert_int_eq(nph_manifest_array(context, &manifest, launch->inputs[i].file, &waiting), NPH_OK);
+            parts += waiting.shape[1] > 1;
+            nph_array_free(context, &waiting);
+        }
+    }
+    ck_assert_int_gt(parts, 0);
+    replay_launches(method, context, scene, &manifest);
+    nph_manifest_free(context, &manifest);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+    remove_folder(folder);
 }
 END_TEST
 
@@ -152,14 +213,13 @@ START_TEST(a_dump_does_not_depend_on_threads) {
     size_t sizes[2] = {0, 0};
     for (int k = 0; k < 2; k++) {
         NphContext *context = nph_test_context(1 + 2 * k);
-        NphScene *scene = parse(context, scenes[3]);
-        NphRenderOptions options;
+        NphScene *scene = parse(context, scenes[strcmp(nph_method(_i)->name, "photonmap") == 0 ? SCENES - 1 : 3]);
+        NphRenderOptions options = options_of(_i, 32);
         NphManifest manifest;
         char path[4200];
-        nph_render_options_default(&options);
         options.samples = 32;
         const char *folder = nph_test_temporary("threads");
-        dump(context, scene, &options, folder, &manifest);
+        ck_assert(dump(context, scene, &options, folder, &manifest));
         snprintf(path, sizeof path, "%s/manifest.json", folder);
         FILE *file = fopen(path, "rb");
         manifests[k] = malloc(1 << 24);
@@ -450,9 +510,82 @@ START_TEST(inputs_that_do_not_fit_are_named) {
 }
 END_TEST
 
+/* Places the least integer into an input of a launch; what the stage says to it. */
+static NphStatus spoilt(NphContext *context, NphStages *stages, const NphManifest *manifest, const NphManifestLaunch *launch, int which) {
+    NphNamedArray inputs[NPH_MAX_BUFFERS], outputs[NPH_MAX_BUFFERS];
+    int count = 0;
+    NphStatus status = NPH_BAD_INPUT;
+    for (int i = 0; i < launch->input_count; i++) {
+        inputs[i].name = launch->inputs[i].buffer;
+        ck_assert_int_eq(nph_manifest_array(context, manifest, launch->inputs[i].file, &inputs[i].array), NPH_OK);
+    }
+    NphArray *array = &inputs[which].array;
+    int64_t last = nph_array_count(array) - 1;
+    int integer = array->type == NPH_I32 || array->type == NPH_I64;
+    if (array->type == NPH_I32 && last >= 0) ((int32_t *)array->data)[last] = INT32_MIN;
+    if (array->type == NPH_I64 && last >= 0) ((int64_t *)array->data)[last] = INT64_MIN;
+    if (integer && last >= 0)
+        status = nph_stages_run(stages, launch->stage, launch->arguments, launch->input_count, inputs, &count, outputs);
+    for (int o = 0; o < count && status == NPH_OK; o++) nph_array_free(context, &outputs[o].array);
+    for (int i = 0; i < launch->input_count; i++) nph_array_free(context, &inputs[i].array);
+    return status;
+}
+
+START_TEST(integers_that_no_run_could_have_are_refused) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, scenes[strcmp(nph_method(_i)->name, "photonmap") == 0 ? SCENES - 1 : 3]);
+    NphRenderOptions options = options_of(_i, 32), again;
+    NphManifest manifest;
+    NphStages *stages = NULL;
+    int tried[NPH_MAX_STAGES] = {0};
+    const char *folder = nph_test_temporary("spoilt");
+    ck_assert(dump(context, scene, &options, folder, &manifest));
+    nph_manifest_options(&manifest, &again);
+    ck_assert_int_eq(nph_stages_open(context, scene, &again, &stages), NPH_OK);
+    for (int l = 0; l < manifest.launch_count; l++) {
+        const NphManifestLaunch *launch = &manifest.launches[l];
+        int stage = 0;
+        while (strcmp(nph_method(_i)->stages[stage].name, launch->stage) != 0) stage++;
+        if (tried[stage]++ >= 2) continue;
+        for (int i = 0; i < launch->input_count; i++)
+            ck_assert_msg(spoilt(context, stages, &manifest, launch, i) == NPH_BAD_INPUT, "%s took %s", launch->stage,
+                          launch->inputs[i].buffer);
+    }
+    nph_stages_close(stages);
+    nph_manifest_free(context, &manifest);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+    remove_folder(folder);
+}
+END_TEST
+
+START_TEST(pixels_are_selected_only_where_launches_have_them) {
+    NphContext *context = nph_test_context(1);
+    NphScene *scene = parse(context, scenes[0]);
+    for (int m = 0; m < nph_method_count(); m++) {
+        NphRenderOptions options = options_of(m, 32);
+        NphDumpOptions what;
+        NphFilm *film = NULL;
+        nph_dump_options_default(&what);
+        what.folder = nph_test_temporary("pixel");
+        what.pixel_given = 1;
+        NphStatus status = nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL);
+        ck_assert_int_eq(status, nph_method(m)->shares_samples ? NPH_BAD_USAGE : NPH_OK);
+        if (status == NPH_OK) remove_folder(what.folder);
+        else ck_assert_ptr_nonnull(strstr(nph_test_messages(), "are not of single pixels"));
+        nph_film_free(context, film);
+    }
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_loop_test(cases, a_stage_given_its_own_inputs_writes_its_own_outputs, 0, nph_method_count());
-    tcase_add_test(cases, a_dump_does_not_depend_on_threads);
+    tcase_add_test(cases, photons_wait_for_room_and_go_on);
+    tcase_add_loop_test(cases, a_dump_does_not_depend_on_threads, 0, nph_method_count());
+    tcase_add_loop_test(cases, integers_that_no_run_could_have_are_refused, 0, nph_method_count());
+    tcase_add_test(cases, pixels_are_selected_only_where_launches_have_them);
     tcase_add_test(cases, a_selection_writes_its_launches_and_their_inputs);
     tcase_add_test(cases, dumps_beyond_their_limit_are_refused_before_the_run);
     tcase_add_test(cases, the_density_of_a_grid_counts_once_in_the_forecast);

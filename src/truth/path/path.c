@@ -314,20 +314,6 @@ static int view(void *opaque, int index, int buffer, NphView *out) {
     return 1;
 }
 
-/* The first value of a buffer that is not finite, or of integers not from least to most; -1: none. */
-static int64_t first_wrong(const NphView *view, int64_t least, int64_t most) {
-    int64_t rows = view->rank > 1 ? view->shape[0] : 1, length = view->shape[view->rank - 1];
-    for (int64_t i = 0; i < rows * length; i++) {
-        int64_t at = i / length * view->stride + i % length;
-        double value = view->type == NPH_F32   ? (double)((const float *)view->data)[at]
-                       : view->type == NPH_F64 ? ((const double *)view->data)[at]
-                                               : (double)((const int32_t *)view->data)[at];
-        int wrong = view->type == NPH_I32 ? value < (double)least || value > (double)most : !(nph_abs(value) < nph_infinity());
-        if (wrong) return i;
-    }
-    return -1;
-}
-
 /* What indexes something, and where paths are: others' inputs may hold anything. */
 static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
     PathState *state = opaque;
@@ -347,7 +333,7 @@ static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
                                                         : paths - 1;
         int64_t least = checked[c] == NPH_PATH_MEDIUM || checked[c] == NPH_PATH_SURFACE ? -1 : 0;
         if (!nph_stage_lists(stage->reads, buffer->name) || !state->kernels.view(worker->batch, checked[c], &seen)) continue;
-        int64_t wrong = first_wrong(&seen, least, most);
+        int64_t wrong = nph_view_wrong(&seen, least, most);
         if (wrong >= 0)
             return nph_error(state->job.context, NPH_BAD_INPUT, "input %s: value %lld is not %s", buffer->name, (long long)wrong,
                              seen.type == NPH_I32 ? "one of this scene and these paths" : "finite");
