@@ -59,7 +59,10 @@ typedef struct NphMethod {
     NphStatus (*extend)(void *state, int worker, int buffer, const int64_t *shape);
     /* Where the buffer lies and how large it is now; 0 where this scene has none. */
     int (*view)(void *state, int worker, int buffer, NphView *view);
-    /* NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would be taken for places in memory. */
+    /* In a run: from now to the next check buffers are changed through their views. NULL: nothing needs to be done. */
+    void (*hold)(void *state, int worker);
+    /* What has been placed becomes the run's. NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would
+     * be taken for places in memory. */
     NphStatus (*check)(void *state, int worker, const NphLaunch *launch);
     NphStatus (*launch)(void *state, int worker, const NphLaunch *launch);
     /* Tells what kernels know of the scene, in the run's precision: first of the whole, then medium by medium. */

@@ -345,5 +345,7 @@ const NphMethod nph_light = {
     .begin_launch = nph_light_begin_launch,
     .extend = nph_light_extend,
     .view = nph_light_view,
+    .hold = nph_light_hold,
+    .check = nph_light_check,
     .launch = nph_light_launch_alone,
 };

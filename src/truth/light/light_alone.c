@@ -72,7 +72,7 @@ NphStatus nph_light_begin_launch(void *opaque, int index, NphFilm *film, const N
     if (!state->workers[index].columns) NPH_TRY(nph_light_open_columns(state, index));
     state->film = film;
     state->kernels.begin(state->workers[index].batch, sample, block);
-    state->kernels.start(state->workers[index].batch);
+    state->kernels.start(state->workers[index].batch, NPH_LIGHT_ALONE);
     state->workers[index].image = &state->images[0];
     return NPH_OK;
 }
@@ -163,13 +163,24 @@ static NphStatus check_place(NphLightState *state, int index) {
                      "of them wait", (long long)out, (long long)photons.shape[0], (long long)waiting.shape[1]);
 }
 
-NphStatus nph_light_launch_alone(void *opaque, int index, const NphLaunch *launch) {
+void nph_light_hold(void *opaque, int index) {
+    NphLightState *state = opaque;
+    NphView view;
+    for (int b = 0; b < NPH_LIGHT_BUFFERS; b++) (void)nph_light_view(state, index, b, &view); /* fills its columns */
+    state->kernels.start(state->workers[index].batch, NPH_LIGHT_HELD);
+}
+
+NphStatus nph_light_check(void *opaque, int index, const NphLaunch *launch) {
     NphLightState *state = opaque;
     const char *reads = nph_light.stages[launch->stage].reads;
     for (int b = 0; b < NPH_LIGHT_BUFFERS; b++)
         if (nph_stage_lists(reads, nph_light_buffers[b].name)) NPH_TRY(check_input(state, index, b));
     if (launch->stage == NPH_LIGHT_TRACE) NPH_TRY(check_place(state, index));
     state->kernels.take(state->workers[index].batch, reads);
-    nph_light_launch(state, index, launch);
+    return NPH_OK;
+}
+
+NphStatus nph_light_launch_alone(void *opaque, int index, const NphLaunch *launch) {
+    nph_light_launch(opaque, index, launch);
     return NPH_OK;
 }

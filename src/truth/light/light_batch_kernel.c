@@ -14,7 +14,7 @@ void NPH_KERNEL(nph_light_prepare)(const NphJob *job, const NphLightChoice *choi
 size_t NPH_KERNEL(nph_light_batch_bytes)(void);
 void NPH_KERNEL(nph_light_layout)(void *memory, void *columns, const void *scene, NphLightBatch **batch);
 size_t NPH_KERNEL(nph_light_column_bytes)(void);
-void NPH_KERNEL(nph_light_start)(NphLightBatch *batch);
+void NPH_KERNEL(nph_light_start)(NphLightBatch *batch, NphLightPlacing placing);
 void NPH_KERNEL(nph_light_take)(NphLightBatch *batch, const char *reads);
 void NPH_KERNEL(nph_light_begin)(NphLightBatch *batch, int64_t sample, int64_t block);
 int NPH_KERNEL(nph_light_unfinished)(const NphLightBatch *batch);
@@ -195,7 +195,7 @@ static void copy_columns(NphLightBatch *batch, int buffer, char *data, int back)
     }
 }
 
-void NPH_KERNEL(nph_light_start)(NphLightBatch *batch) { batch->placing = 1; }
+void NPH_KERNEL(nph_light_start)(NphLightBatch *batch, NphLightPlacing placing) { batch->placing = placing; }
 
 /* What follows from the columns of what waits. */
 static void complete_waiting(NphLightBatch *batch) {
@@ -216,16 +216,17 @@ static void complete_waiting(NphLightBatch *batch) {
 /* reads: buffers of the stage, whose values have been checked. */
 void NPH_KERNEL(nph_light_take)(NphLightBatch *batch, const char *reads) {
     NphView view;
+    int all = batch->placing == NPH_LIGHT_HELD;
     for (int b = NPH_LIGHT_WAITING; b <= NPH_LIGHT_SPLAT_ORDER; b++)
-        if (nph_stage_lists(reads, nph_light_buffers[b].name) && NPH_KERNEL(nph_light_view)(batch, b, &view))
+        if ((all || nph_stage_lists(reads, nph_light_buffers[b].name)) && NPH_KERNEL(nph_light_view)(batch, b, &view))
             copy_columns(batch, b, view.data, 1);
-    if (nph_stage_lists(reads, nph_light_buffers[NPH_LIGHT_WAITING].name)) complete_waiting(batch);
+    if (all || nph_stage_lists(reads, nph_light_buffers[NPH_LIGHT_WAITING].name)) complete_waiting(batch);
     for (int i = 0; i < batch->flights; i++) {
         RFlight *flight = &batch->flight[i];
         flight->photon.source = batch->source[flight->name >> 32];
         if (batch->light->scene.surfaces.count == 0) flight->surface = -1;
     }
-    batch->placing = 0;
+    batch->placing = NPH_LIGHT_NONE;
 }
 
 static NphView row(NphType type, void *data, int64_t items) { return (NphView){type, 1, {items}, data, items}; }

@@ -17,7 +17,7 @@ BUILDS(void, nph_light_splat, (const NphLightBatch *, const NphLightImage *));
 BUILDS(void, nph_light_see, (const void *, const double *, const int *, const int *, int64_t, void *, NphTally *));
 BUILDS(int64_t, nph_light_items, (const NphLightBatch *, NphLightStage));
 BUILDS(size_t, nph_light_column_bytes, (void));
-BUILDS(void, nph_light_start, (NphLightBatch *));
+BUILDS(void, nph_light_start, (NphLightBatch *, NphLightPlacing));
 BUILDS(void, nph_light_take, (NphLightBatch *, const char *));
 BUILDS(NphStatus, nph_light_extend, (NphLightBatch *, int, int64_t));
 BUILDS(int, nph_light_view, (NphLightBatch *, int, NphView *));

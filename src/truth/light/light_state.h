@@ -63,7 +63,7 @@ struct NphLightBatch {
     RFlight *flight;
     RSplat *splat;
     void *columns;              /* where others look: the same, as structures of arrays */
-    int placing;                /* columns hold inputs, which the lists do not have yet */
+    NphLightPlacing placing;    /* columns hold values which the lists do not have yet */
     NphTally tally;
 };
 

@@ -86,6 +86,9 @@ typedef struct NphLightImage {
 typedef struct NphLightBatch NphLightBatch; /* light_state.h */
 
 /* The kernels of one precision. Memory is the caller's, 64-byte aligned. */
+/* Who has put values into columns: nobody; a stage's inputs, of which there are no others; a watcher of a run. */
+typedef enum NphLightPlacing { NPH_LIGHT_NONE, NPH_LIGHT_ALONE, NPH_LIGHT_HELD } NphLightPlacing;
+
 typedef struct NphLightKernels {
     size_t (*scene_bytes)(void);
     void (*prepare)(const NphJob *job, const NphLightChoice *choice, const NphEmissionSources *sources, void *scene);
@@ -103,9 +106,9 @@ typedef struct NphLightKernels {
     void (*see)(const void *scene, const double *traced, const int origin[2], const int inside[4], int64_t sample, void *samples,
                 NphTally *tally);
     int64_t (*items)(const NphLightBatch *batch, NphLightStage stage);
-    /* What follows needs columns of so many bytes; start: inputs are placed, and `take` makes them the batch's. */
+    /* What follows needs columns of so many bytes; start: values are placed, and `take` makes them the batch's. */
     size_t (*column_bytes)(void);
-    void (*start)(NphLightBatch *batch);
+    void (*start)(NphLightBatch *batch, NphLightPlacing placing);
     void (*take)(NphLightBatch *batch, const char *reads);
     NphStatus (*extend)(NphLightBatch *batch, int buffer, int64_t items);
     int (*view)(NphLightBatch *batch, int buffer, NphView *view);
@@ -147,6 +150,8 @@ extern const NphBuffer nph_light_buffers[NPH_LIGHT_BUFFERS];
 NphStatus nph_light_begin_launch(void *state, int worker, NphFilm *film, const NphLaunch *launch);
 NphStatus nph_light_extend(void *state, int worker, int buffer, const int64_t *shape);
 int nph_light_view(void *state, int worker, int buffer, NphView *view);
+void nph_light_hold(void *state, int worker);
+NphStatus nph_light_check(void *state, int worker, const NphLaunch *launch);
 NphStatus nph_light_launch_alone(void *state, int worker, const NphLaunch *launch);
 
 #endif

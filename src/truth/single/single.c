@@ -189,9 +189,13 @@ static int view(void *opaque, int index, int buffer, NphView *out) {
     return 1;
 }
 
+static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
+    SingleState *state = opaque;
+    return nph_single_check(state->job.context, &state->workers[index].batch, &stages[launch->stage]);
+}
+
 static NphStatus launch_alone(void *opaque, int index, const NphLaunch *launch) {
     SingleState *state = opaque;
-    NPH_TRY(nph_single_check(state->job.context, &state->workers[index].batch, &stages[launch->stage]));
     launch_stage(state, &state->workers[index], launch);
     return NPH_OK;
 }
@@ -294,5 +298,6 @@ const NphMethod nph_single = {
     .begin_launch = begin_launch,
     .extend = extend,
     .view = view,
+    .check = check,
     .launch = launch_alone,
 };
