@@ -114,7 +114,9 @@ START_TEST(what_cannot_be_dumped_is_refused) {
     RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3");
     RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3,4");
     RUN_EXPECT(2, DUMP, "--dump-select", "stage=path.track");
-    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "light");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "photonmap");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "light", "--dump-select", "pixel=120,100");
+    RUN_EXPECT(6, DUMP, "--dump", reference, "--method", "light", "--dump-limit", "1M");
     ck_assert(!exists(reference));
     write_text(reference, "a file");
     RUN_EXPECT(5, DUMP, "--dump", reference);
