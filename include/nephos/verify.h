@@ -13,12 +13,15 @@ extern "C" {
 enum { NPH_VERIFY_NAME = 64 };
 
 /* How far an honest implementation of one stage may be off in one buffer, for one cause: "f64", "contraction", "opencl", ...;
- * "f16:BUFFER", halves in place of floats in that buffer, counts only where it is allowed. */
+ * "f16:BUFFER", halves in place of floats in that buffer, counts only where it is allowed. Differences of numbers are in units in the
+ * last place of the reference's value or of the largest in its row, whichever are fewer; of an item (a path, a pixel) the largest
+ * counts. */
 typedef struct NphTolerance {
     char stage[NPH_VERIFY_NAME], buffer[NPH_VERIFY_NAME], cause[NPH_VERIFY_NAME];
-    double ulp;    /* of numbers, in units in the last place of the value or of its row's largest, whichever are fewer */
-    double flips;  /* part of the items whose decision may have fallen the other way */
-    double gap;    /* the largest difference measured, in the same units, of which ulp is a multiple */
+    double ulp;            /* of every item, but for the part `flips`, whose decision may have fallen the other way */
+    double flips;
+    double typical, tail;  /* of every item, but for the part `tail` */
+    double gap;            /* the largest difference that was measured, of which ulp is a multiple */
 } NphTolerance;
 
 /* What `nephos tolerance` writes: docs/oracle.md. */
@@ -62,7 +65,8 @@ enum { NPH_VERIFY_BINS = 8 };
 typedef struct NphVerifyRow {
     char stage[NPH_VERIFY_NAME], buffer[NPH_VERIFY_NAME];
     int64_t launches, cells, beyond; /* beyond the tolerance; of integers: different */
-    int64_t items, turned;  /* items compared (paths, pixels), and those with a cell beyond: decisions that fell the other way, or mistakes */
+    int64_t items, turned;  /* items compared, and those with a cell beyond: decisions that fell the other way, or mistakes */
+    int64_t untypical;      /* items beyond what is typical */
     NphTolerance tolerance; /* that was applied, and from which cause; no cause: ulp and flips were given */
     int64_t histogram[NPH_VERIFY_BINS];
     NphVerifyCell worst;    /* the largest ulp; the first one of equal ones */
@@ -82,7 +86,8 @@ typedef struct NphVerification {
 } NphVerification;
 
 /* Folders of dumps. An item whose integers differ in a launch is turned over: its numbers are not compared. A buffer passes while
- * no more than flips of its items are turned over, in all launches together, and in none of them more than that and one. A launch of the candidate whose manifest lists inputs is judged on those: the reference's stage is run again
+ * no more than flips of its items are turned over, in all launches together, and in none of them more than that and one; and no more
+ * than tail of them, and one, are untypical. Where tolerances were measured, integers may have one more turned over. A launch of the candidate whose manifest lists inputs is judged on those: the reference's stage is run again
  * on them. Without them its outputs are compared with those of the reference's launch: it was given the same inputs. NPH_OK whatever the
  * outcome. */
 NphStatus nph_verify(NphContext *context, const char *reference, const char *candidate, const NphVerifyOptions *options,

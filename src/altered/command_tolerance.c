@@ -51,7 +51,7 @@ static NphStatus measure_and_write(const ToleranceCommand *command, const NphSce
 
 static NphStatus prepare(ToleranceCommand *command, const char *path) {
     NphContext *context = command->session.context;
-    NphRenderOptions options;
+    NphRenderOptions options, few;
     NphScene *scene = NULL;
     NphDumpRun *dumped = NULL;
     char name[4096];
@@ -67,8 +67,11 @@ static NphStatus prepare(ToleranceCommand *command, const char *path) {
         scene_name = name;
     }
     if (status == NPH_OK) status = nph_scene_load(context, scene_name, &scene);
-    if (status == NPH_OK)
-        status = measure_and_write(command, scene, scene_name, dump ? path : NULL, dumped ? nph_dump_run_options(dumped) : &options);
+    if (status == NPH_OK && dumped) status = measure_and_write(command, scene, scene_name, path, nph_dump_run_options(dumped));
+    else if (status == NPH_OK) {
+        altered_few(scene, &options, &few);
+        status = measure_and_write(command, scene, scene_name, NULL, &few);
+    }
     nph_dump_run_free(context, dumped);
     nph_scene_free(context, scene);
     return status;

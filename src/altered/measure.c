@@ -159,7 +159,7 @@ static NphStatus take(void *user, const NphBufferGap *gap) {
         if (gap->gap[i] > row->octave_largest[octave]) row->octave_largest[octave] = gap->gap[i];
     }
     int octave = nph_octave(gap->ulp);
-    if (gap->absolute > row->octave_absolute[octave]) row->octave_absolute[octave] = gap->absolute;
+    if (nph_abs(gap->reference) < 1e30 && gap->absolute > row->octave_absolute[octave]) row->octave_absolute[octave] = gap->absolute;
     return NPH_OK;
 }
 
@@ -304,22 +304,28 @@ static NphStatus after(void *user, void *state, int worker, const NphLaunch *lau
     return NPH_OK;
 }
 
+void altered_few(const NphScene *scene, const NphRenderOptions *options, NphRenderOptions *few) {
+    int whole[4] = {0, 0, scene->sensor.width, scene->sensor.height};
+    *few = *options;
+    few->target_error = few->time_budget_s = 0.0;
+    few->samples = few->sample_begin = 0;
+    few->sample_end = NPH_CHUNK;
+    if (!options->crop_given) memcpy(few->crop, whole, sizeof whole);
+    few->crop_given = 1;
+    for (int a = 0; a < 2; a++) {
+        int middle = (few->crop[a] + few->crop[a + 2]) / 2 / NPH_TILE * NPH_TILE;
+        if (few->crop[a] < middle - NPH_TILE) few->crop[a] = middle - NPH_TILE;
+        if (few->crop[a + 2] > middle + NPH_TILE) few->crop[a + 2] = middle + NPH_TILE;
+    }
+}
+
 NphStatus altered_measure_run(AlteredMeasure *m, const NphScene *scene, const NphRenderOptions *options) {
-    NphRenderOptions few = *options;
     NphTap tap = {m, before, after};
     NphFilm *film = NULL;
-    few.target_error = few.time_budget_s = 0.0;
-    few.samples = few.sample_begin = 0;
-    few.sample_end = NPH_CHUNK;
-    few.crop_given = 1;
-    for (int a = 0; a < 2; a++) {
-        int middle = (m->job.crop[a] + m->job.crop[a + 2]) / 2 / NPH_TILE * NPH_TILE;
-        few.crop[a] = middle - NPH_TILE > m->job.crop[a] ? middle - NPH_TILE : m->job.crop[a];
-        few.crop[a + 2] = middle + NPH_TILE < m->job.crop[a + 2] ? middle + NPH_TILE : m->job.crop[a + 2];
-    }
-    snprintf(m->from, sizeof m->from, "a run of %d samples of the pixels from %d,%d to %d,%d", NPH_CHUNK, few.crop[0], few.crop[1],
-             few.crop[2] - 1, few.crop[3] - 1);
-    NphStatus status = nph_render_tapped(m->context, scene, &few, &tap, &film, NULL);
+    const int *crop = m->job.crop;
+    snprintf(m->from, sizeof m->from, "a run of samples %lld to %lld of the pixels from %d,%d to %d,%d", (long long)m->job.sample_begin,
+             (long long)m->job.sample_end - 1, crop[0], crop[1], crop[2] - 1, crop[3] - 1);
+    NphStatus status = nph_render_tapped(m->context, scene, options, &tap, &film, NULL);
     nph_film_free(m->context, film);
     return status;
 }
@@ -343,6 +349,17 @@ static int kept_octaves(const Row *row, int64_t *hidden) {
     return kept;
 }
 
+/* The difference that a part of the items does not exceed. */
+static double quantile(const Row *row, double part) {
+    int64_t below = 0;
+    int octave = 0;
+    for (; octave < NPH_OCTAVES - 1; octave++) {
+        below += row->octave_items[octave];
+        if ((double)below >= part * (double)row->items) break;
+    }
+    return row->octave_largest[octave];
+}
+
 static void tolerance_of(const AlteredMeasure *m, const Row *row, NphTolerance *out, int64_t *turned) {
     int64_t hidden;
     int kept = kept_octaves(row, &hidden);
@@ -353,6 +370,10 @@ static void tolerance_of(const AlteredMeasure *m, const Row *row, NphTolerance *
     snprintf(out->buffer, sizeof out->buffer, "%s", m->method->buffers[row->buffer].name);
     snprintf(out->cause, sizeof out->cause, "%s", m->simulations[row->cause].cause.name);
     out->ulp = row->numbers ? ALTERED_FACTOR * (out->gap > 1.0 ? out->gap : 1.0) : 0.0;
+    double typical = quantile(row, 1.0 - ALTERED_TAIL);
+    typical = typical < out->gap ? typical : out->gap;
+    out->typical = row->numbers ? ALTERED_TYPICAL * (typical > 1.0 ? typical : 1.0) : 0.0;
+    out->tail = ALTERED_FACTOR * ALTERED_TAIL;
     out->flips = ALTERED_FACTOR * (part > ALTERED_FLOOR ? part : ALTERED_FLOOR);
     if (out->flips > 1.0) out->flips = 1.0;
 }
@@ -376,17 +397,6 @@ NphStatus altered_measure_tolerances(const AlteredMeasure *m, NphTolerances *tol
     return NPH_OK;
 }
 
-/* The difference that a part of the items does not exceed. */
-static double quantile(const Row *row, double part) {
-    int64_t below = 0;
-    int octave = 0;
-    for (; octave < NPH_OCTAVES - 1; octave++) {
-        below += row->octave_items[octave];
-        if ((double)below >= part * (double)row->items) break;
-    }
-    return row->octave_largest[octave];
-}
-
 static void json_row(const AlteredMeasure *m, const Row *row, NphJson *json) {
     NphTolerance tolerance;
     int64_t turned;
@@ -400,6 +410,8 @@ static void json_row(const AlteredMeasure *m, const Row *row, NphJson *json) {
     nph_json_text(json, "cause", tolerance.cause);
     nph_json_number(json, "ulp", tolerance.ulp);
     nph_json_number(json, "flips", tolerance.flips);
+    nph_json_number(json, "typical_ulp", tolerance.typical);
+    nph_json_number(json, "tail", tolerance.tail);
     nph_json_integer(json, "launches", row->launches);
     nph_json_integer(json, "items", row->items);
     nph_json_integer(json, "turned", turned);
@@ -424,6 +436,7 @@ void altered_measure_write(const AlteredMeasure *m, const char *scene_name, NphJ
     nph_json_text(json, "measured_on", m->from);
     nph_json_integer(json, "launches", m->launches);
     nph_json_number(json, "factor", ALTERED_FACTOR);
+    nph_json_number(json, "typical_factor", ALTERED_TYPICAL);
     nph_json_number(json, "least_flips", ALTERED_FLOOR);
     nph_json_array(json, "causes");
     for (int c = 0; c < m->cause_count; c++) {

@@ -15,10 +15,14 @@ typedef struct AlteredCause {
     const char *unmeasured; /* why it could not be simulated; NULL: it was */
 } AlteredCause;
 
-/* Tolerance = FACTOR max(gap, 1 ulp), flips = FACTOR max(part turned over, FLOOR). Causes add up: a port contracts, divides and
- * calls functions at once, each of which is measured alone, and that on a sample. */
+/* Tolerance of every item = FACTOR max(gap, 1 ulp); flips = FACTOR max(part turned over, FLOOR); of every item but the part
+ * FACTOR TAIL = TYPICAL max(what all but the part TAIL keep to, 1 ulp). Causes add up, since a port contracts, divides and calls functions
+ * at once, each of which is measured alone: TYPICAL. That is measured on a sample, and the largest difference of a sample is not
+ * the largest: FACTOR. */
 #define ALTERED_FACTOR 16.0
+#define ALTERED_TYPICAL 4.0
 #define ALTERED_FLOOR 1e-6
+#define ALTERED_TAIL 1e-3
 
 typedef struct AlteredMeasure AlteredMeasure;
 NphStatus altered_measure_open(NphContext *context, const NphScene *scene, const NphRenderOptions *options, AlteredMeasure **measure);
@@ -32,7 +36,9 @@ NphStatus altered_measure_launch(AlteredMeasure *measure, const char *stage, con
 enum { ALTERED_LAUNCHES = 48 };
 NphStatus altered_measure_dump(AlteredMeasure *measure, const char *folder);
 
-/* The launches of a run of 16 samples of up to 2 x 2 tiles around the middle of the picture, none of which is written. */
+/* The launches of a run, none of which is written; options as at open. altered_few: 16 samples of up to 2 x 2 tiles around the middle of
+ * the picture or crop. */
+void altered_few(const NphScene *scene, const NphRenderOptions *options, NphRenderOptions *few);
 NphStatus altered_measure_run(AlteredMeasure *measure, const NphScene *scene, const NphRenderOptions *options);
 
 /* What has been measured: of the caller, nph_tolerances_free. */

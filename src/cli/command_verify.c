@@ -45,10 +45,11 @@ static void print_row(const NphVerifyRow *row) {
     else printf(" %8.2g %%", 100 * row->tolerance.flips);
     printf("  %s\n", row->tolerance.cause[0] ? row->tolerance.cause : "given");
     if (row->problem[0]) printf("        %s\n", row->problem);
-    if (row->beyond == 0) return;
-    if (row->items > 0)
-        printf("        %lld of %lld items turned over, %.3g expected at most\n", (long long)row->turned, (long long)row->items,
-               row->tolerance.flips * (double)row->items);
+    if (row->failed && row->items > 0)
+        printf("        of %lld items %lld are turned over, at most %.3g may be; %lld are off by more than %.3g ulp, at most %.3g may be\n",
+               (long long)row->items, (long long)row->turned, row->tolerance.flips * (double)row->items, (long long)row->untypical,
+               row->tolerance.typical, row->tolerance.tail * (double)row->items + 1);
+    if (row->beyond == 0 && !row->failed) return;
     cell_text(&row->worst, text);
     printf("        worst: %s\n        ulp up to:", text);
     for (int b = 0; b < NPH_VERIFY_BINS; b++) printf("  %s: %lld", bins[b], (long long)row->histogram[b]);
@@ -80,10 +81,13 @@ static void json_row(NphJson *json, const NphVerifyRow *row) {
     nph_json_integer(json, "beyond", row->beyond);
     nph_json_integer(json, "items", row->items);
     nph_json_integer(json, "turned", row->turned);
+    nph_json_integer(json, "untypical", row->untypical);
     nph_json_object(json, "tolerance");
     nph_json_text(json, "cause", row->tolerance.cause[0] ? row->tolerance.cause : NULL);
     nph_json_number(json, "ulp", row->tolerance.ulp);
     nph_json_number(json, "flips", row->tolerance.flips);
+    nph_json_number(json, "typical_ulp", row->tolerance.typical);
+    nph_json_number(json, "tail", row->tolerance.tail);
     nph_json_close(json);
     nph_json_numbers(json, "ulp_histogram", NPH_VERIFY_BINS, histogram);
     nph_json_object(json, "worst");

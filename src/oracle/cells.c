@@ -175,7 +175,7 @@ static void compare_rows(const Comparison *c, NphBufferGap *gap, const NphArray 
         gap->turned += c->gap[i] > gap->limit;
     }
     gap->gap = c->gap;
-    gap->gap_count = length;
+    gap->gap_count = numbers ? length : 0;
 }
 
 /* Marks who is in a queue; counts positions that no item has, and items that the reference has not. */

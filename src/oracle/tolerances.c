@@ -66,6 +66,8 @@ static NphStatus read_rows(Reader *r, const yaml_node_t *root, NphTolerances *ou
         NPH_TRY(read_text(r, row, "cause", sizeof tolerance->cause, tolerance->cause));
         NPH_TRY(read_number(r, row, "ulp", &tolerance->ulp));
         NPH_TRY(read_number(r, row, "flips", &tolerance->flips));
+        NPH_TRY(read_number(r, row, "typical_ulp", &tolerance->typical));
+        NPH_TRY(read_number(r, row, "tail", &tolerance->tail));
         NPH_TRY(read_number(r, row, "gap_ulp", &tolerance->gap));
     }
     return NPH_OK;

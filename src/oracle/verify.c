@@ -24,7 +24,7 @@ typedef struct Place {
 } Place;
 
 typedef struct Found {
-    Place turned, failed;
+    Place turned, untypical, failed;
 } Found;
 
 typedef struct Verify {
@@ -107,7 +107,7 @@ static NphStatus row_of(Verify *v, const char *stage, const char *buffer, int *o
         v->found = places;
     }
     *out = result->row_count++;
-    v->found[*out] = (Found){{-1, 0, 0}, {-1, 0, 0}};
+    v->found[*out] = (Found){{-1, 0, 0}, {-1, 0, 0}, {-1, 0, 0}};
     snprintf(result->rows[*out].stage, NPH_VERIFY_NAME, "%s", stage);
     snprintf(result->rows[*out].buffer, NPH_VERIFY_NAME, "%s", buffer);
     return NPH_OK;
@@ -151,13 +151,16 @@ static int counts(const Verify *v, const NphTolerance *row) {
 static int tolerance_of(const Verify *v, const char *stage, const char *buffer, NphTolerance *out) {
     const NphTolerances *all = v->options->tolerances;
     int known = 0;
-    *out = (NphTolerance){.ulp = v->options->ulp, .flips = v->options->flips};
+    *out = (NphTolerance){.ulp = v->options->ulp, .flips = v->options->flips, .typical = v->options->ulp, .tail = 1.0};
     for (int t = 0; all && t < all->count; t++) {
         const NphTolerance *row = &all->rows[t];
         if (strcmp(row->stage, stage) != 0 || strcmp(row->buffer, buffer) != 0 || !counts(v, row)) continue;
-        double flips = known && out->flips > row->flips ? out->flips : row->flips;
-        if (!known++ || row->ulp > out->ulp) *out = *row;
-        out->flips = flips;
+        NphTolerance before = known++ ? *out : *row;
+        *out = row->ulp > before.ulp || (row->ulp >= before.ulp && row->flips > before.flips) ? *row : before;
+        if (row->flips > before.flips) before.flips = row->flips;
+        if (row->typical > before.typical) before.typical = row->typical;
+        out->flips = before.flips;
+        out->typical = before.typical;
     }
     return known || !all;
 }
@@ -193,7 +196,11 @@ static NphStatus take(void *user, const NphBufferGap *gap) {
     row->items += gap->items;
     row->turned += gap->turned;
     if (gap->ulp > row->worst.ulp) keep_worst(row, v->launch, gap);
+    int64_t untypical = 0;
+    for (int64_t i = 0; i < gap->gap_count; i++) untypical += gap->gap[i] > row->tolerance.typical;
+    row->untypical += untypical;
     if (gap->turned > 0) put(v, &v->found[r].turned);
+    if (untypical > 0) put(v, &v->found[r].untypical);
     double chance = row->tolerance.flips * (double)gap->items;
     if ((double)gap->turned > chance + (chance > 0.0)) {
         row->failed = 1;
@@ -275,9 +282,12 @@ static void conclude(Verify *v) {
     for (int r = 0; r < result->row_count; r++) {
         NphVerifyRow *row = &result->rows[r];
         Found *found = &v->found[r];
-        if ((double)row->turned > row->tolerance.flips * (double)row->items) row->failed = 1;
+        double decided = row->tolerance.cause[0] && row->tolerance.ulp <= 0.0; /* one decision on the edge is always possible */
+        int turned = (double)row->turned > row->tolerance.flips * (double)row->items + decided;
+        int untypical = (double)row->untypical > row->tolerance.tail * (double)row->items + 1.0;
+        row->failed |= turned || untypical;
         if (!row->failed) continue;
-        const Place *place = found->failed.sequence >= 0 ? &found->failed : &found->turned;
+        const Place *place = found->failed.sequence >= 0 ? &found->failed : turned ? &found->turned : &found->untypical;
         result->failed = 1;
         if (first >= 0 && place->sequence >= first) continue;
         first = place->sequence;

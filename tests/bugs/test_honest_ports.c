@@ -44,10 +44,11 @@ static void begin(const char *file, const char *text, const int crop[4]) {
     options.crop_given = crop != NULL;
     if (crop) memcpy(options.crop, crop, sizeof options.crop);
     AlteredMeasure *measure = NULL;
-    NphRenderOptions whole = options;
-    whole.crop_given = 0;
-    ck_assert_int_eq(altered_measure_open(context, scene, &whole, &measure), NPH_OK);
-    ck_assert_int_eq(altered_measure_run(measure, scene, &whole), NPH_OK);
+    NphRenderOptions few = options;
+    few.crop_given = 0;
+    altered_few(scene, &few, &few);
+    ck_assert_int_eq(altered_measure_open(context, scene, &few, &measure), NPH_OK);
+    ck_assert_int_eq(altered_measure_run(measure, scene, &few), NPH_OK);
     ck_assert_int_eq(altered_measure_tolerances(measure, &tolerances), NPH_OK);
     altered_measure_close(measure);
 }
@@ -75,12 +76,14 @@ static void remove_folder(const char *folder) {
     ck_assert_int_eq(system(command), 0);
 }
 
-static void verify(const char *ours, const char *theirs, const char *interface, NphVerification *result) {
+static void verify(const char *ours, const char *theirs, const char *interface, const char *allowed, NphVerification *result) {
     NphVerifyOptions how;
     nph_verify_options_default(&how);
     how.scene = scene;
     how.tolerances = &tolerances;
     how.interface = interface;
+    how.allow_count = allowed != NULL;
+    how.allow = &allowed;
     NphStatus status = nph_verify(context, ours, theirs, &how, result);
     ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
 }
@@ -89,9 +92,9 @@ static void tell(const NphVerification *result) {
     for (int r = 0; r < result->row_count; r++) {
         const NphVerifyRow *row = &result->rows[r];
         if (!row->failed) continue;
-        printf("    %s %s: %lld of %lld items turned, %.3g ulp, tolerance %.3g, %.3g of %s; %s\n", row->stage, row->buffer,
-               (long long)row->turned, (long long)row->items, row->worst.ulp, row->tolerance.ulp, row->tolerance.flips,
-               row->tolerance.cause, row->problem);
+        printf("    %s %s: %lld of %lld items turned, %lld untypical, %.3g ulp, tolerance %.3g, typical %.3g, flips %.3g of %s; %s\n",
+               row->stage, row->buffer, (long long)row->turned, (long long)row->items, (long long)row->untypical, row->worst.ulp,
+               row->tolerance.ulp, row->tolerance.typical, row->tolerance.flips, row->tolerance.cause, row->problem);
     }
 }
 
@@ -102,7 +105,7 @@ static void expect_honest(const char *name, const char *ours, int precision, con
     dump(theirs, precision);
     nph_accuracy = NULL;
     altered_choose_level(context, NPH_ISA_BASE);
-    verify(ours, theirs, interface, &result);
+    verify(ours, theirs, interface, NULL, &result);
     if (result.failed) tell(&result);
     ck_assert_msg(!result.failed, "the honest port with %s fails", name);
     ck_assert_int_gt(result.run_again, 20);
@@ -110,52 +113,85 @@ static void expect_honest(const char *name, const char *ours, int precision, con
     remove_folder(theirs);
 }
 
+/* Each interface by itself, on kernels that contract too where the processor can. */
 START_TEST(honest_ports_pass_with_measured_tolerances) {
+    char ours[600]; /* the harness' names are reused */
+    if (_i > 0 && !nph_test_statistics("honest ports of a second and third scene")) return;
     begin(scenes[_i].file, scenes[_i].text, scenes[_i].crop);
-    const char *ours = nph_test_temporary("ours");
+    snprintf(ours, sizeof ours, "%s", nph_test_temporary("ours"));
     dump(ours, 32);
     expect_honest("f64", ours, 64, NULL);
-    for (int level = NPH_ISA_AVX2; level <= NPH_ISA_AVX512; level++)
-        if (altered_choose_level(context, (NphIsa)level)) expect_honest("contraction or division", ours, 32, NULL);
+    if (altered_choose_level(context, NPH_ISA_AVX512)) expect_honest("approximate reciprocals", ours, 32, NULL);
     for (int i = 0; i < altered_interface_count(); i++) {
-        const NphAccuracy *interface = altered_interface(i);
-        for (uint32_t salt = 2; salt < 4; salt++) { /* the second contracts too */
-            if (salt == 3) altered_choose_level(context, NPH_ISA_AVX2);
-            nph_accuracy = interface;
-            nph_accuracy_salt = salt;
-            expect_honest(interface->name, ours, 32, interface->name);
-        }
+        altered_choose_level(context, NPH_ISA_AVX2);
+        nph_accuracy = altered_interface(i);
+        nph_accuracy_salt = 2 + (uint32_t)i;
+        expect_honest(nph_accuracy->name, ours, 32, nph_accuracy->name);
     }
     remove_folder(ours);
     end();
 }
 END_TEST
 
-START_TEST(each_planted_mistake_fails_with_measured_tolerances) {
-    const NphManifestLaunch *launch = NULL;
-    NphManifest manifest;
-    NphVerification result;
+static const char *ours, *theirs;
+static NphManifest manifest; /* of theirs */
+
+static void begin_copy(void) {
     begin(NULL, planted_scene, NULL);
-    const char *ours = nph_test_temporary("ours"), *theirs = nph_test_temporary("theirs");
+    ours = nph_test_temporary("ours");
+    theirs = nph_test_temporary("theirs");
     dump(ours, 32);
     dump(theirs, 32);
     ck_assert_int_eq(nph_manifest_read(context, theirs, &manifest), NPH_OK);
-    verify(ours, theirs, NULL, &result);
-    ck_assert_int_eq(result.failed, 0);
+}
+
+static void end_copy(void) {
+    nph_manifest_free(context, &manifest);
+    remove_folder(ours);
+    remove_folder(theirs);
+    end();
+}
+
+static int fails(const char *interface, const char *allowed) {
+    NphVerification result;
+    verify(ours, theirs, interface, allowed, &result);
+    int failed = result.failed;
     nph_verification_free(context, &result);
+    return failed;
+}
+
+/* Where it happened is told where the candidate's interface is: Vulkan's sines may be off by more than halves are, and one cell by a
+ * thousandth is within that. */
+START_TEST(each_planted_mistake_fails_with_measured_tolerances) {
+    const NphManifestLaunch *launch = NULL;
+    NphVerification result;
+    begin_copy();
+    ck_assert_int_eq(fails(NULL, NULL), 0);
     plant(context, &manifest, &planted[_i], &launch);
-    /* one cell off by a thousandth is within what Vulkan promises of sines */
-    verify(ours, theirs, planted[_i].mistake == one_cell ? "cuda" : NULL, &result);
+    if (planted[_i].mistake != one_cell) ck_assert_int_eq(fails(NULL, NULL), 1);
+    verify(ours, theirs, "cuda", NULL, &result);
     ck_assert_int_eq(result.failed, 1);
     ck_assert_str_eq(result.rows[result.first].stage, planted[_i].stage);
     ck_assert_str_eq(result.rows[result.first].buffer, planted[_i].buffer);
     ck_assert_int_eq(result.first_batch, launch->batch);
     ck_assert_int_eq(result.first_number, launch->number);
     nph_verification_free(context, &result);
-    nph_manifest_free(context, &manifest);
-    remove_folder(ours);
-    remove_folder(theirs);
-    end();
+    end_copy();
+}
+END_TEST
+
+START_TEST(halves_pass_where_they_are_declared) {
+    const NphManifestLaunch *launch = NULL;
+    char command[1000];
+    begin_copy();
+    change_array(context, launch_file(&manifest, "path.scatter", 1, "path.weight", &launch), store_halves);
+    ck_assert_int_eq(fails("cuda", NULL), 1);
+    ck_assert_int_eq(fails("cuda", "f16:path.pdf"), 1);
+    ck_assert_int_eq(fails("cuda", "f16:path.weight"), 0);
+    snprintf(command, sizeof command, "sed -i '/\"name\": \"path.weight\"/{n;s/f32/f16/}' '%s/manifest.json'", theirs);
+    ck_assert_int_eq(system(command), 0);
+    ck_assert_int_eq(fails("cuda", NULL), 0);
+    end_copy();
 }
 END_TEST
 
@@ -168,21 +204,21 @@ static const NphTolerance *row_of(const char *stage, const char *buffer, const c
     return NULL;
 }
 
-/* And the gaps are of the size that arithmetic tells: a sine off by 2^-11 turns a direction by as much, in units of 2^-24 to
- * 2^-23; a logarithm by 3 ulp and a product or two moves a distance by a few. */
+/* And the gaps are of the size that arithmetic tells: a sine off by 2^-11 turns a direction by as much, in units of 2^-24 at the
+ * largest; a logarithm off by 3 ulp and a product or two move a distance by a few. */
 START_TEST(no_tolerance_is_looser_than_sixteen_gaps) {
     int numbers = 0;
     begin(NULL, planted_scene, NULL);
     for (int t = 0; t < tolerances.count; t++) {
         const NphTolerance *row = &tolerances.rows[t];
         ck_assert_double_le(row->ulp, 16.0 * fmax(row->gap, 1.0));
+        ck_assert_double_le(row->typical, row->ulp);
         ck_assert_double_le(row->flips, 1.0);
         numbers += row->gap > 0.0;
     }
     ck_assert_int_gt(numbers, 50);
     double turn = row_of("path.scatter", "path.ray", "vulkan")->gap, distance = row_of("path.track", "path.distance", "opencl")->gap;
     ck_assert_double_ge(turn, 1024.0);
-    ck_assert_double_le(turn, 16384.0);
     ck_assert_double_ge(distance, 1.0);
     ck_assert_double_le(distance, 32.0);
     end();
@@ -192,6 +228,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_loop_test(cases, honest_ports_pass_with_measured_tolerances, 0, (int)(sizeof scenes / sizeof scenes[0]));
     tcase_add_loop_test(cases, each_planted_mistake_fails_with_measured_tolerances, 0, PLANTED);
+    tcase_add_test(cases, halves_pass_where_they_are_declared);
     tcase_add_test(cases, no_tolerance_is_looser_than_sixteen_gaps);
 }
 
