@@ -184,15 +184,18 @@ static NphStatus copy_of(NphContext *context, const NphNamedArray *from, NphName
     return NPH_OK;
 }
 
+static int is_half(const AlteredMeasure *m, const Simulation *s, const char *name) {
+    return s->half >= 0 && nph_buffer_find(m->method, name) == s->half;
+}
+
 /* The launch under one simulation. changed: its own copy of the input that is kept in halves. */
 static NphStatus simulate(AlteredMeasure *m, Simulation *s, const int64_t *arguments, const NphNamedArray *inputs, int count,
                           NphSide *side, NphNamedArray *changed) {
     NphNamedArray used[NPH_MAX_BUFFERS];
-    const char *half = s->half >= 0 ? m->method->buffers[s->half].name : "";
     int within = 1;
     for (int i = 0; i < count; i++) {
         used[i] = inputs[i];
-        if (strcmp(inputs[i].name, half) != 0) continue;
+        if (!is_half(m, s, inputs[i].name)) continue;
         NPH_TRY(copy_of(m->context, &inputs[i], changed));
         within = round_to_halves(&changed->array);
         used[i] = *changed;
@@ -206,7 +209,7 @@ static NphStatus simulate(AlteredMeasure *m, Simulation *s, const int64_t *argum
         NPH_TRY(status);
     }
     for (int o = 0; o < side->outputs; o++)
-        if (strcmp(side->buffers[o].name, half) == 0) within &= round_to_halves(&side->buffers[o].array);
+        if (is_half(m, s, side->buffers[o].name)) within &= round_to_halves(&side->buffers[o].array);
     if (!within) s->cause.unmeasured = "not measured: it holds numbers beyond the range of halves";
     for (int i = 0; i < count; i++) side->buffers[side->count++] = used[i];
     return NPH_OK;

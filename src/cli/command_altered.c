@@ -28,6 +28,7 @@ void altered_replace(char **line) {
         if (errno != ENOENT && errno != ENOTDIR) break;
     }
     fprintf(stderr, "nephos: error: %s, a part of nephos, cannot be run: %s\n", path, strerror(errno));
+    line[0] = NULL;
 }
 
 static NphStatus run(const Command *command, int argc, char **argv) {
@@ -38,6 +39,6 @@ static NphStatus run(const Command *command, int argc, char **argv) {
     return NPH_BAD_INPUT;
 }
 
-#define ALTERED(word, text) {.name = word, .summary = text, .run = run}
+#define ALTERED(word, text) {.name = (word), .summary = (text), .run = run}
 const Command command_diagnose = ALTERED("diagnose", "which known mistake explains a picture"),
               command_tolerance = ALTERED("tolerance", "how far an honest port may be off, measured");

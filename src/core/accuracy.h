@@ -38,7 +38,7 @@ R_INLINE double r_unit_of(double x) {
 R_INLINE double r_part(Real x, uint32_t function) {
     uint64_t bits = nph_bits((double)x);
     uint32_t h = (uint32_t)bits ^ (uint32_t)(bits >> 32) * 0x9E3779B9u ^ nph_accuracy_salt * 0x85EBCA6Bu ^ function * 0xC2B2AE35u;
-    h = (h ^ h >> 16) * 0x7FEB352Du; /* a mixing of 32 bits [Stafford11] */
+    h = (h ^ h >> 16) * 0x7FEB352Du; /* lowbias32 of Wellons' hash prospector */
     h = (h ^ h >> 15) * 0x846CA68Bu;
     return ((double)(h ^ h >> 16) - 2147483647.5) / 2147483647.5;
 }

@@ -244,6 +244,7 @@ static NphStatus compare_launch(Verify *v, const NphManifestLaunch *theirs, cons
     if (status == NPH_OK && made)
         status = nph_compare_sides(v->context, v->method, v->reference.precision, &reference, &candidate, &watch);
     v->result->launches++;
+    v->theirs = NULL;
     nph_side_free(v->context, &reference);
     nph_side_free(v->context, &candidate);
     return status;

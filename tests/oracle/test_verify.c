@@ -175,6 +175,32 @@ START_TEST(missing_and_misshaped_buffers_are_named) {
 }
 END_TEST
 
+static void turn_medium(NphArray *array) { ((int32_t *)array->data)[5] = -1 - ((int32_t *)array->data)[5]; }
+static void double_distance(NphArray *array) { ((float *)array->data)[5] *= 2.0f; }
+
+static const NphVerifyRow *row_of(const NphVerification *result, const char *stage, const char *buffer) {
+    for (int r = 0; r < result->row_count; r++)
+        if (strcmp(result->rows[r].stage, stage) == 0 && strcmp(result->rows[r].buffer, buffer) == 0) return &result->rows[r];
+    ck_abort_msg("no row");
+    return NULL;
+}
+
+START_TEST(a_decision_that_fell_the_other_way_is_counted_once) {
+    const NphManifestLaunch *launch = NULL;
+    NphVerification result;
+    begin();
+    change_array(context, launch_file(&manifest, "path.track", 1, "path.distance", &launch), double_distance);
+    expect("path.track", "path.distance", launch, 0, -1);
+    change_array(context, launch_file(&manifest, "path.track", 1, "path.medium", NULL), turn_medium);
+    verify(&result, 1);
+    ck_assert_int_eq(result.failed, 1);
+    ck_assert_int_eq(row_of(&result, "path.track", "path.medium")->turned, 1);
+    ck_assert_int_eq(row_of(&result, "path.track", "path.distance")->beyond, 0);
+    nph_verification_free(context, &result);
+    end();
+}
+END_TEST
+
 /* A candidate of one launch, whose manifest lists all inputs but one. */
 START_TEST(a_missing_input_is_a_row_that_fails) {
     const NphManifestLaunch *launch = NULL;
@@ -243,6 +269,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, the_order_of_items_is_nobodys_business);
     tcase_add_test(cases, queues_are_sets_of_identities);
     tcase_add_test(cases, missing_and_misshaped_buffers_are_named);
+    tcase_add_test(cases, a_decision_that_fell_the_other_way_is_counted_once);
     tcase_add_test(cases, a_missing_input_is_a_row_that_fails);
     tcase_add_test(cases, one_flipped_decision_does_not_damn_what_follows);
 }
