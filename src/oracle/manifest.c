@@ -207,6 +207,20 @@ static NphStatus read_numbers(Reader *r, const yaml_node_t *node, const char *na
     return NPH_OK;
 }
 
+/* "buffers": [{"name": "path.weight", "type": "f16"}]: those that a port keeps as halves. */
+static NphStatus read_halves(Reader *r, const yaml_node_t *root, NphManifest *m) {
+    const yaml_node_t *node = get(r, root, "buffers");
+    if (!node || node->type != YAML_SEQUENCE_NODE) return NPH_OK;
+    for (yaml_node_item_t *item = node->data.sequence.items.start; item < node->data.sequence.items.top; item++) {
+        const yaml_node_t *buffer = yaml_document_get_node(&r->document, *item);
+        const char *type = text_of(get(r, buffer, "type"));
+        if (!type || strcmp(type, "f16") != 0 || m->half_count == NPH_MAX_BUFFERS) continue;
+        NPH_TRY(read_text(r, buffer, "name", 1, &m->halves[m->half_count]));
+        m->half_count++;
+    }
+    return NPH_OK;
+}
+
 static NphStatus read_root(Reader *r, NphManifest *m) {
     const yaml_node_t *root = yaml_document_get_root_node(&r->document);
     int64_t version, seed, frame, crop[4] = {0};
@@ -232,6 +246,7 @@ static NphStatus read_root(Reader *r, NphManifest *m) {
     for (int a = 0; a < 4; a++) m->crop[a] = (int)crop[a];
     NPH_TRY(read_knobs(r, root, m));
     NPH_TRY(read_numbers(r, root, "", 0, m));
+    NPH_TRY(read_halves(r, root, m));
     return read_launches(r, root, m);
 }
 
@@ -291,6 +306,7 @@ void nph_manifest_free(NphContext *context, NphManifest *m) {
         nph_free(context, m->numbers[n].values);
     }
     nph_free(context, m->numbers);
+    for (int h = 0; h < m->half_count; h++) nph_free(context, m->halves[h]);
     nph_free(context, m->launches);
     nph_free(context, m->folder);
     nph_free(context, m->scene);

@@ -35,8 +35,9 @@ typedef struct NphManifest {
     uint32_t seed, frame;
     int64_t samples[2];
     int crop[4], crop_given;
-    int knob_count, launch_count, number_count;
+    int knob_count, launch_count, number_count, half_count;
     char *knobs[NPH_MANIFEST_KNOBS]; /* "path.roulette=0.1" */
+    char *halves[NPH_MAX_BUFFERS];   /* buffers whose type is said to be f16 */
     NphManifestLaunch *launches;     /* in the order of batch and number */
     NphManifestNumbers *numbers;     /* but those of stages, buffers and launches */
 } NphManifest;

@@ -4,7 +4,7 @@
 #include "cli/program.h"
 #include "oracle/manifest.h"
 
-static char reference[600], mine[600], tracked[600];
+static char reference[600], mine[600], tracked[600], tolerances[700];
 
 /* Where the commands of the page would be typed. */
 static void enter_root(void) {
@@ -127,6 +127,27 @@ START_TEST(what_cannot_be_dumped_is_refused) {
 }
 END_TEST
 
+START_TEST(tolerances_are_of_one_scene) {
+    char text[400];
+    enter_root();
+    snprintf(tolerances, sizeof tolerances, "%s", file_of("tolerances.json"));
+    RUN_EXPECT(0, "tolerance", "reference/scenes/slab.yaml", "-q", "-o", tolerances);
+    RUN_EXPECT(0, DUMP, "--dump", reference);
+    const Ran *run = program_run((const char *const[]){"verify", reference, reference, "--tolerances", tolerances, NULL});
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "the tolerances were measured on another scene"));
+    snprintf(text, sizeof text, "{\"nephos_tolerances\": 1, \"method\": \"path\", \"scene_digest\": \"0\", \"precision\": \"f32\",\n \"tolerances\": [{}]}\n");
+    write_text(tolerances, text);
+    run = program_run((const char *const[]){"verify", reference, reference, "--tolerances", tolerances, NULL});
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "tolerances.json:2: expected a text: stage"));
+    RUN_EXPECT(2, "tolerance", "reference/scenes/slab.yaml", "--scene", "reference/scenes/slab.yaml");
+    RUN_EXPECT(2, "tolerance", "reference/scenes/slab.yaml", "--method", "nosuch");
+    RUN_EXPECT(5, "tolerance", "reference/scenes/slab.yaml", "-o", "/no/such/folder/t.json");
+    remove_folders();
+}
+END_TEST
+
 START_TEST(the_numpy_client_is_right_and_its_mistake_is_located) {
     enter_root();
     if (!python()) {
@@ -135,9 +156,19 @@ START_TEST(the_numpy_client_is_right_and_its_mistake_is_located) {
     }
     RUN_EXPECT(0, DUMP, "--dump", reference);
     ck_assert_int_eq(run_numpy(""), 0);
-    const Ran *run = program_run((const char *const[]){"verify", reference, mine, "--ulp", "8", NULL});
+    RUN_EXPECT(0, "verify", reference, mine, "--ulp", "8");
+    snprintf(tolerances, sizeof tolerances, "%s/tolerances.json", reference);
+    ck_assert(!exists(tolerances));
+    const Ran *run = program_run((const char *const[]){"verify", reference, mine, NULL});
     ck_assert_msg(run->status == 0, "%s%s", run->out, run->err);
+    ck_assert(exists(tolerances));
+    ck_assert_ptr_nonnull(strstr(run->err, "nephos: measuring tolerances of "));
     ck_assert_ptr_nonnull(strstr(run->out, "passed: 288 launches compared, 288 of them on the candidate's own inputs; 888 of"));
+    run = program_run((const char *const[]){"verify", reference, mine, "--interface", "cuda", NULL});
+    ck_assert_msg(run->status == 0, "%s%s", run->out, run->err);
+    ck_assert_ptr_null(strstr(run->err, "measuring"));
+    RUN_EXPECT(2, "verify", reference, mine, "--interface", "cud");
+    RUN_EXPECT(2, "verify", reference, mine, "--interface", "cuda", "--ulp", "8");
     char command[700];
     snprintf(command, sizeof command, "rm -r '%s'", mine);
     ck_assert_int_eq(system(command), 0);
@@ -158,6 +189,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_dump_is_verified_and_its_stages_run_alone);
     tcase_add_test(cases, majorants_run_alone_on_the_density_of_a_dump);
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
+    tcase_add_test(cases, tolerances_are_of_one_scene);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
 }
 
