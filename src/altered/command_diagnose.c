@@ -3,7 +3,7 @@
  * nephos diagnose: which known mistake explains a picture; --show renders one. */
 #include <string.h>
 
-#include "altered/diagnose.h"
+#include "altered/diagnosis.h"
 #include "cli/command.h"
 #include "core/message.h"
 #include "scene/model.h"

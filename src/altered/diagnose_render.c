@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "altered/altered.h"
-#include "altered/diagnose.h"
+#include "altered/diagnosis.h"
 #include "core/message.h"
 #include "core/text.h"
 

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "altered/diagnose.h"
+#include "altered/diagnosis.h"
 #include "core/json.h"
 #include "core/text.h"
 

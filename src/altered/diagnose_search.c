@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "altered/diagnose.h"
+#include "altered/diagnosis.h"
 #include "core/message.h"
 #include "core/pool.h"
 #include "scene/model.h"

@@ -15,6 +15,7 @@ _nephos()
     --plan) mapfile -t COMPREPLY < <(compgen -W "full" -- "$word"); return ;;
     --method) mapfile -t COMPREPLY < <(compgen -W "path light single photonmap" -- "$word"); return ;;
     --flip) mapfile -t COMPREPLY < <(compgen -W "hdr ldr" -- "$word"); return ;;
+    --show) mapfile -t COMPREPLY < <(compgen -W "$("$program" diagnose --list 2>/dev/null | awk '{print $2}')" -- "$word"); return ;;
     esac
     case "$word" in
     -*)

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Mistakes made of a finished picture. What moves, exchanges or scales pixels is done to the right picture B, whose pixels are
- * independent; an encoding is taken off A, so that the noise is judged where it was made. Each is tried as it is, then with
- * one factor, then with one a channel. */
+ * independent; an encoding is taken off A, so that the noise is judged where it was made. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -342,15 +341,16 @@ static int has_colours(const NphFit *fit) {
     return fabs(fit->ratio[0] - fit->ratio[1]) + fabs(fit->ratio[2] - fit->ratio[1]) > 1e-5 * fabs(fit->ratio[1]);
 }
 
-/* As it is, then with fitted factors; the first that A does not exclude is kept. */
-static NphStatus try_change(Trial *trial, const NphImage *a, const char *name, const Change *change) {
+/* As it is, then with up to so many fitted factors; the first that A does not exclude is kept. An encoding or an opacity with a
+ * free factor would fit too much. */
+static NphStatus try_change(Trial *trial, const NphImage *a, const char *name, const Change *change, int most_factors) {
     NphTransform t;
     NphFit before;
     memset(&t, 0, sizeof t);
     NPH_TRY(fit_change(trial, a, change, &before));
     t.fit = before;
     if (!before.excluded) return keep(trial, a, name, change, &t);
-    for (int factors = 1; factors <= (has_colours(&before) ? 3 : 1); factors += 2) {
+    for (int factors = 1; factors <= (has_colours(&before) ? most_factors : most_factors > 0); factors += 2) {
         Change scaled = *change;
         if (!take_factors(&before, factors, &scaled, &t)) continue;
         NPH_TRY(fit_change(trial, a, &scaled, &t.fit));
@@ -364,7 +364,7 @@ static NphStatus try_maps(Trial *trial) {
         Change change = no_change();
         change.map = maps[i];
         if (maps[i].square && trial->right->width != trial->right->height) continue;
-        NPH_TRY(try_change(trial, trial->a, i ? maps[i].name : "a factor", &change));
+        NPH_TRY(try_change(trial, trial->a, i ? maps[i].name : "a factor", &change, i ? 1 : 3));
     }
     return NPH_OK;
 }
@@ -375,16 +375,22 @@ static NphStatus try_shifts(Trial *trial) {
         change.map.u[2] = 0.5 * (i % 5 - 2);
         change.map.v[2] = 0.5 * (double)(i / 5 - 2);
         if (i == 12) continue;
-        NPH_TRY(try_change(trial, trial->a, "shifted", &change));
+        NPH_TRY(try_change(trial, trial->a, "shifted", &change, 0));
     }
     return NPH_OK;
 }
 
+static int is_grey(const NphImage *image) {
+    size_t bytes = (size_t)image->width * (size_t)image->height * sizeof(float);
+    return memcmp(plane(image, "R"), plane(image, "G"), bytes) == 0 && memcmp(plane(image, "R"), plane(image, "B"), bytes) == 0;
+}
+
 static NphStatus try_colours(Trial *trial) {
+    if (is_grey(trial->right)) return NPH_OK;
     for (int i = 0; i < ORDERS; i++) {
         Change change = no_change();
         memcpy(change.from, orders[i].from, sizeof change.from);
-        NPH_TRY(try_change(trial, trial->a, orders[i].name, &change));
+        NPH_TRY(try_change(trial, trial->a, orders[i].name, &change, 1));
     }
     return NPH_OK;
 }
@@ -395,7 +401,7 @@ static NphStatus try_opacity(Trial *trial) {
     for (int i = 0; i < 2; i++) {
         Change change = no_change();
         change.alpha = i ? 1 : -1;
-        NPH_TRY(try_change(trial, trial->a, names[i], &change));
+        NPH_TRY(try_change(trial, trial->a, names[i], &change, 0));
     }
     return NPH_OK;
 }
@@ -408,7 +414,7 @@ static NphStatus try_encodings(Trial *trial) {
         NPH_TRY(decode_image(trial->context, trial->a, i + 1, &linear));
         double tiles = (double)nph_regions_along(linear.width, 8) * nph_regions_along(linear.height, 8);
         trial->offset = tiles * decoded_density(trial->a, i + 1);
-        NphStatus status = try_change(trial, &linear, names[i], &change);
+        NphStatus status = try_change(trial, &linear, names[i], &change, 0);
         trial->offset = 0.0;
         nph_image_free(trial->context, &linear);
         if (status != NPH_OK) return status;

@@ -2,8 +2,8 @@
  *
  * nephos diagnose: which known bug explains a picture. The scene is rendered without a bug and with each, with few samples
  * first; what A excludes is dropped, the samples of the rest are doubled. docs/diagnose.md. */
-#ifndef NPH_ALTERED_DIAGNOSE_H
-#define NPH_ALTERED_DIAGNOSE_H
+#ifndef NPH_ALTERED_DIAGNOSIS_H
+#define NPH_ALTERED_DIAGNOSIS_H
 
 #include "cli/session.h"
 #include "nephos/render.h"
