@@ -33,6 +33,6 @@ static NphStatus run(const Command *command, int argc, char **argv) {
     return NPH_BAD_INPUT;
 }
 
-#define ALTERED(word, text) {.name = word, .summary = text, .run = run}
+#define ALTERED(word, text) {.name = (word), .summary = (text), .run = run}
 const Command command_diagnose = ALTERED("diagnose", "which known mistake explains a picture"),
               command_tolerance = ALTERED("tolerance", "how far an honest port may be off, measured");
