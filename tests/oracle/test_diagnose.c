@@ -184,6 +184,12 @@ START_TEST(a_shift_by_a_pixel_and_an_encoding_are_found) {
     open_context();
     NphImage a = square(3, 256);
     move(&a, from_left);
+    NphImage right = square(50, 64);
+    NphShift whole;
+    ck_assert_int_eq(nph_fit_shift(context, &a, &right, &whole), NPH_OK);
+    nph_image_free(context, &right);
+    ck_assert_double_lt(fabs(whole.pixels[0] - 1.0), 4.0 * whole.error[0] + 0.05); /* the picture is curved */
+    ck_assert_double_lt(fabs(whole.pixels[1]), 4.0 * whole.error[1] + 0.05);
     NphTransform found = find(a);
     ck_assert_str_eq(found.name, "shifted");
     ck_assert_msg(fabs(found.shift.pixels[0] - 1.0) < 4.0 * found.shift.error[0] && fabs(found.shift.pixels[1]) < 4.0 * found.shift.error[1],
