@@ -6,7 +6,7 @@
 
 #include "cli/command.h"
 
-static const Command *const commands[] = {&command_tolerance};
+static const Command *const commands[] = {&command_diagnose, &command_tolerance};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static NphStatus dispatch(int argc, char **argv) {
