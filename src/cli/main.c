@@ -10,7 +10,11 @@
 
 static const Command *const commands[] = {&command_render,  &command_plan,  &command_info,
                                           &command_compare, &command_merge, &command_bench,
-                                          &command_verify,  &command_stage, &command_diagnose, &command_tolerance};
+                                          &command_verify,  &command_stage,
+#ifdef NPH_HAVE_ALTERED
+                                          &command_diagnose, &command_tolerance
+#endif
+};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void print_help(void) {
