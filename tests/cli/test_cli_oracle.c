@@ -40,19 +40,19 @@ static int run_numpy(const char *mistake) {
     return system(command);
 }
 
-/* What stands in `tracked` against launch 1 of batch 5. */
-static void check_that_stage_wrote_the_dumps(const char *buffer) {
+/* What stands in `tracked` against a launch of the dump. */
+static void check_that_stage_wrote_the_dumps(const char *buffer, int64_t batch, int64_t number, const char *where) {
     char path[700];
     NphContext *context = nph_test_context(1);
     NphManifest manifest;
     NphArray ours, dumped;
     ck_assert_int_eq(nph_manifest_read(context, reference, &manifest), NPH_OK);
-    const NphManifestLaunch *launch = nph_manifest_find(&manifest, 5, 1);
+    const NphManifestLaunch *launch = nph_manifest_find(&manifest, batch, number);
     ck_assert_ptr_nonnull(launch);
     int o = 0;
     while (o < launch->output_count && strcmp(launch->outputs[o].buffer, buffer) != 0) o++;
     ck_assert_int_lt(o, launch->output_count);
-    ck_assert_ptr_nonnull(strstr(launch->outputs[o].file, "000005.npys@"));
+    ck_assert_ptr_nonnull(strstr(launch->outputs[o].file, where));
     ck_assert_int_eq(nph_manifest_array(context, &manifest, launch->outputs[o].file, &dumped), NPH_OK);
     snprintf(path, sizeof path, "%s/%s.npy", tracked, buffer);
     ck_assert_int_eq(nph_array_read_npy(context, path, &ours), NPH_OK);
@@ -80,7 +80,7 @@ START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
     ck_assert_int_eq(run->status, 0);
     ck_assert_ptr_nonnull(strstr(run->out, "path.track"));
     RUN_EXPECT(0, "stage", "path.track", "--from", reference, "--launch", "5:1", "-o", tracked);
-    check_that_stage_wrote_the_dumps("path.distance");
+    check_that_stage_wrote_the_dumps("path.distance", 5, 1, "000005.npys@");
     snprintf(path, sizeof path, "path.ray=%s/path.distance.npy", tracked);
     run = program_run((const char *const[]){"stage", "path.track", "--from", reference, "--launch", "5:1", "--in", path, "-o", tracked, NULL});
     ck_assert_int_eq(run->status, 4);
@@ -95,14 +95,11 @@ START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
 END_TEST
 
 START_TEST(majorants_run_alone_on_the_density_of_a_dump) {
-    char path[700], own[700];
     enter_root();
     RUN_EXPECT(0, "render", "reference/scenes/smoke.yaml", "-q", "-o", file_of("smoke.exr"), "--spp", "16", "--crop", "192,144,200,152", "--dump",
                reference, "--dump-select", "stage=path.generate");
     RUN_EXPECT(0, "stage", "path.majorant", "--from", reference, "--launch", "-1:0", "-q", "-o", tracked);
-    snprintf(path, sizeof path, "%s/scene/00000.path.bound.npy", reference);
-    snprintf(own, sizeof own, "%s/path.bound.npy", tracked);
-    ck_assert(same_files(path, own));
+    check_that_stage_wrote_the_dumps("path.bound", -1, 0, "scene.npys@");
     RUN_EXPECT(4, "stage", "path.majorant", "--from", reference, "--launch", "-1:0", "--set", "medium=1", "-o", tracked);
     remove_folders();
 }

@@ -117,6 +117,7 @@ typedef struct PathState {
     int threads;
     PathWorker *workers;
     NphPathField field; /* of path.majorant, on worker 0 */
+    float *bounds[NPH_MAX_MEDIA]; /* what it made, where somebody looks on: these are walked */
     /* of the pass under way */
     NphFilm *film;
     int64_t begin, end, done, total;
@@ -139,6 +140,7 @@ static void close_path(void *opaque) {
         nph_free(context, state->workers[w].film_scratch);
     }
     nph_path_field_free(context, &state->field);
+    for (int m = 0; m < NPH_MAX_MEDIA; m++) nph_free(context, state->bounds[m]);
     nph_free(context, state->workers);
     nph_free(context, state->scene);
     nph_free(context, state);
@@ -255,25 +257,34 @@ static NphStatus run_batch(PathState *state, PathWorker *worker, int64_t tile, i
     return NPH_OK;
 }
 
-/* Majorants were made when the grids were read. Who looks on sees each medium's made again, of the samples that he is shown. */
-static NphStatus run_majorants(PathState *state) {
+static NphStatus run_majorant(PathState *state, NphLaunch *launch, int m) {
     const NphTap *tap = state->job.tap;
+    const NphMedium *medium = &state->job.scene->media[m];
+    const int32_t *cells = medium->grid.majorant.n;
+    NphStatus status = NPH_OK;
+    launch->arguments[NPH_PATH_OF_MEDIUM] = m;
+    launch->items = (int64_t)cells[0] * cells[1] * cells[2];
+    NPH_TRY(nph_path_field_begin(&state->job, &state->choice, m, &state->field));
+    nph_grid_dense(&medium->grid, state->field.density);
+    NPH_TRY(tap->before(tap->user, state, 0, launch));
+    NPH_LAUNCH(&state->workers[0].counts, NPH_PATH_MAJORANT, launch->items, status = nph_path_field_bound(&state->job, &state->field));
+    if (status == NPH_OK) status = tap->after(tap->user, state, 0, launch);
+    if (status == NPH_OK) status = nph_path_field_check(&state->job, &state->field);
+    if (status != NPH_OK) return status;
+    state->bounds[m] = state->field.majorant.cells;
+    state->field.majorant.cells = NULL;
+    state->kernels.walk_bounds(state->scene, state->choice.transport.groups, m, state->bounds[m]);
+    launch->number++;
+    return NPH_OK;
+}
+
+/* Majorants were made when the grids were read. Where somebody looks on they are made once more, of the samples that are shown, and what
+ * is left when all have looked is what flights walk. */
+static NphStatus run_majorants(PathState *state) {
     NphLaunch launch = {.stage = NPH_PATH_MAJORANT, .batch = NPH_BATCH_OF_SCENE};
-    for (int m = 0; m < state->job.scene->medium_count && tap; m++) {
-        const NphMedium *medium = &state->job.scene->media[m];
-        if (medium->shape != NPH_SHAPE_GRID || !state->choice.transport.used[m]) continue;
-        const int32_t *cells = medium->grid.majorant.n;
-        launch.arguments[NPH_PATH_OF_MEDIUM] = m;
-        launch.items = (int64_t)cells[0] * cells[1] * cells[2];
-        NPH_TRY(nph_path_field_begin(&state->job, &state->choice, m, &state->field));
-        nph_grid_dense(&medium->grid, state->field.density);
-        NphStatus status = tap->before(tap->user, state, 0, &launch);
-        if (status != NPH_OK) return status;
-        NPH_LAUNCH(&state->workers[0].counts, NPH_PATH_MAJORANT, launch.items, status = nph_path_field_bound(&state->job, &state->field));
-        if (status == NPH_OK) status = tap->after(tap->user, state, 0, &launch);
-        if (status != NPH_OK) return status;
-        launch.number++;
-    }
+    for (int m = 0; m < state->job.scene->medium_count && state->job.tap; m++)
+        if (state->choice.transport.used[m] && state->job.scene->media[m].shape == NPH_SHAPE_GRID)
+            NPH_TRY(run_majorant(state, &launch, m));
     nph_path_field_free(state->job.context, &state->field);
     return NPH_OK;
 }
@@ -297,7 +308,7 @@ static NphStatus begin_launch(void *opaque, int index, NphFilm *film, const NphL
 
 static NphStatus extend(void *opaque, int index, int buffer, const int64_t *shape) {
     PathState *state = opaque;
-    if (buffer == NPH_PATH_DENSITY) return NPH_OK; /* as large as its medium's lattice */
+    if (buffer == NPH_PATH_DENSITY || buffer == NPH_PATH_BOUND) return NPH_OK; /* as large as the medium has them */
     int rank = 1 + (buffers[buffer].shape[1 + strcspn(buffers[buffer].shape + 1, "[")] == '[');
     NphStatus status = state->kernels.extend(state->workers[index].batch, buffer, shape[rank - 1]);
     return status == NPH_OK ? status
@@ -319,6 +330,7 @@ static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
     PathState *state = opaque;
     PathWorker *worker = &state->workers[index];
     const NphStage *stage = &stages[launch->stage];
+    if (launch->stage == NPH_PATH_MAJORANT) return nph_path_field_check(&state->job, &state->field);
     static const int checked[] = {NPH_PATH_ID, NPH_PATH_HERO, NPH_PATH_RAY, NPH_PATH_ORIGIN, NPH_PATH_DISTANCE, NPH_PATH_MEDIUM,
                                   NPH_PATH_SURFACE, NPH_PATH_TOUCH, NPH_PATH_COLLIDING, NPH_PATH_TOUCHING, NPH_PATH_LEAVING};
     int media = 0, paths = state->kernels.count(worker->batch);

@@ -71,6 +71,7 @@ typedef struct NphPathKernels {
     void (*set_vertex)(NphPathBatch *batch, int64_t vertex);
     NphStatus (*extend)(NphPathBatch *batch, int buffer, int64_t items); /* NPH_BAD_INPUT: more than a batch holds */
     int (*view)(NphPathBatch *batch, int buffer, NphView *view);
+    void (*walk_bounds)(void *scene, int groups, int medium, const float *cells); /* instead of those of its grid */
     void (*facts)(const void *scene, int groups, NphFactFn fact, void *user);
     void (*generate)(NphPathBatch *batch);
     void (*track)(NphPathBatch *batch);
@@ -95,7 +96,8 @@ typedef struct NphPathField {
 
 /* Room for the samples of a medium, a grid that the choice uses, else NPH_BAD_INPUT; what the field held before is freed. */
 NphStatus nph_path_field_begin(const NphJob *job, const NphPathChoice *choice, int64_t medium, NphPathField *field);
-NphStatus nph_path_field_bound(const NphJob *job, NphPathField *field); /* NPH_BAD_INPUT: a sample that is no density */
+NphStatus nph_path_field_check(const NphJob *job, const NphPathField *field); /* NPH_BAD_INPUT: no density, no bound */
+NphStatus nph_path_field_bound(const NphJob *job, NphPathField *field); /* NPH_NO_MEMORY, or it cannot fail */
 int nph_path_field_view(const NphPathField *field, int buffer, NphView *view);
 void nph_path_field_free(NphContext *context, NphPathField *field);
 

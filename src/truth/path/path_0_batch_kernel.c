@@ -18,6 +18,7 @@ int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch);
 void NPH_KERNEL(nph_path_set_vertex)(NphPathBatch *batch, int64_t vertex);
 NphStatus NPH_KERNEL(nph_path_extend)(NphPathBatch *batch, int buffer, int64_t items);
 int NPH_KERNEL(nph_path_view)(NphPathBatch *batch, int buffer, NphView *view);
+void NPH_KERNEL(nph_path_walk_bounds)(void *scene, int groups, int medium, const float *cells);
 void NPH_KERNEL(nph_path_facts)(const void *scene, int groups, NphFactFn fact, void *user);
 const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch);
 const NphTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch);
@@ -89,6 +90,13 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     r_prepare_groups(job->scene, &choice->transport, job->seed, job->frame, groups);
     for (int g = 0; g < choice->transport.groups; g++) prepare_group(job, choice, &groups[g]);
     if (choice->forced) groups[0].forced = choose_oftener(&groups[0]);
+}
+
+void NPH_KERNEL(nph_path_walk_bounds)(void *memory, int groups, int medium, const float *cells) {
+    RScene *scene = memory;
+    for (int g = 0; g < groups; g++)
+        for (int m = 0; m < scene[g].medium_count; m++)
+            if (scene[g].media[m].number == (uint32_t)medium) scene[g].media[m].majorant = cells;
 }
 
 void NPH_KERNEL(nph_path_facts)(const void *memory, int groups, NphFactFn fact, void *user) {

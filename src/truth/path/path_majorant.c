@@ -28,11 +28,22 @@ NphStatus nph_path_field_begin(const NphJob *job, const NphPathChoice *choice, i
     return NPH_OK;
 }
 
-NphStatus nph_path_field_bound(const NphJob *job, NphPathField *field) {
-    int64_t count = (int64_t)field->n[0] * field->n[1] * field->n[2];
+/* A cell that is empty says how many may be skipped: a number that is taken for an integer. */
+static int is_bound(float value) { return value > 0.0f ? (double)value <= 2.0 * NPH_DENSITY_MAX : value <= -1.0f && value >= -NPH_GRID_SAMPLES_MAX; }
+
+NphStatus nph_path_field_check(const NphJob *job, const NphPathField *field) {
+    const int32_t *n = field->n, *cells = field->majorant.n;
+    int64_t count = (int64_t)n[0] * n[1] * n[2], bounds = field->majorant.cells ? (int64_t)cells[0] * cells[1] * cells[2] : 0;
     for (int64_t i = 0; i < count; i++)
         if (!(field->density[i] >= 0.0f && (double)field->density[i] <= NPH_DENSITY_MAX))
             return nph_error(job->context, NPH_BAD_INPUT, "input path.density: value %lld is no density", (long long)i);
+    for (int64_t i = 0; i < bounds; i++)
+        if (!is_bound(field->majorant.cells[i]))
+            return nph_error(job->context, NPH_BAD_INPUT, "path.bound: value %lld is no bound", (long long)i);
+    return NPH_OK;
+}
+
+NphStatus nph_path_field_bound(const NphJob *job, NphPathField *field) {
     nph_free(job->context, field->majorant.cells);
     field->majorant.cells = NULL;
     return nph_majorant_of_samples(job->context, field->n, field->density, "majorants", &field->majorant);
