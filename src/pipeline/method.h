@@ -64,7 +64,7 @@ typedef struct NphMethod {
     /* What has been placed becomes the run's. NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would
      * be taken for places in memory. */
     NphStatus (*check)(void *state, int worker, const NphLaunch *launch);
-    NphStatus (*launch)(void *state, int worker, const NphLaunch *launch);
+    NphStatus (*launch)(void *state, int worker, const NphLaunch *launch); /* NPH_NO_MEMORY, or it cannot fail */
     /* Tells what kernels know of the scene, in the run's precision: first of the whole, then medium by medium. */
     NphStatus (*facts)(const NphJob *job, NphFactFn fact, void *user);
 } NphMethod;
