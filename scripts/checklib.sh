@@ -36,6 +36,9 @@ skip() {
 # build_tree DIR COMPILER SETUP_ARGUMENTS...: a build folder, made anew when its recipe changed.
 build_tree() {
     local dir=$work/$1 compiler=$2
+    # builds that differ in a few flags compile many files alike: once
+    export CCACHE_DIR=${CCACHE_DIR:-$PWD/$work/ccache}
+    ! command -v ccache >/dev/null || compiler="ccache $compiler"
     shift 2
     if [ "$(cat "$dir/recipe" 2>/dev/null)" != "$compiler $*" ]; then
         rm -rf "$dir"

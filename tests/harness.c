@@ -103,13 +103,20 @@ void nph_test_skip(const char *why) {
     fclose(file);
 }
 
-int nph_test_statistics(const char *what) {
-    if (!getenv("NEPHOS_TEST_QUICK")) return 1;
+static int skip_if(const char *variable, const char *what, const char *reason) {
+    if (!getenv(variable)) return 0;
     char why[256];
-    snprintf(why, sizeof why, "%s (long statistics, run in the release build)", what);
+    snprintf(why, sizeof why, "%s (%s)", what, reason);
     nph_test_skip(why);
-    return 0;
+    return 1;
 }
+
+int nph_test_statistics(const char *what) {
+    return !skip_if("NEPHOS_TEST_QUICK", what, "long statistics, run in the release build") &&
+           !skip_if("NEPHOS_TEST_SAME_BYTES", what, "not run again: the same bytes as the release build, which ran it");
+}
+
+int nph_test_long(const char *what) { return !skip_if("NEPHOS_TEST_QUICK", what, "long, run in the release build"); }
 
 int nph_test_wanted(const char *title) {
     const char *only = getenv("NEPHOS_TEST_ONLY");

@@ -33,9 +33,12 @@ const char *nph_test_path(const char *relative);
 /* A path in a fresh temporary folder of this process, removed at exit. */
 const char *nph_test_temporary(const char *name);
 
-/* 1 when long statistics are wanted; else (NEPHOS_TEST_QUICK is set: sanitizers, which look for other things) names
- * what is skipped and returns 0, and the case returns. */
+/* 1 when long statistics are wanted; else names what is skipped and returns 0, and the case returns. NEPHOS_TEST_QUICK is set under
+ * sanitizers, which look for other things; NEPHOS_TEST_SAME_BYTES where another build, whose pictures have been found to be the same
+ * bytes, has them run. */
 int nph_test_statistics(const char *what);
+/* The same of what is slow under sanitizers alone. */
+int nph_test_long(const char *what);
 
 /* Names a case that did not run and why; the runner counts it as skipped, not passed. */
 void nph_test_skip(const char *why);

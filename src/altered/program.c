@@ -6,12 +6,12 @@
 
 #include "cli/command.h"
 
-static const Command *const commands[] = {NULL};
+static const Command *const commands[] = {&command_diagnose, &command_tolerance};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static NphStatus dispatch(int argc, char **argv) {
     for (int i = 0; i < COMMANDS && argc > 1; i++)
-        if (commands[i] && strcmp(commands[i]->name, argv[1]) == 0) return commands[i]->run(commands[i], argc - 1, argv + 1);
+        if (strcmp(commands[i]->name, argv[1]) == 0) return commands[i]->run(commands[i], argc - 1, argv + 1);
     fprintf(stderr, "nephos-altered: part of nephos, which runs it; try: nephos --help\n");
     return NPH_BAD_USAGE;
 }

@@ -21,6 +21,10 @@ typedef struct Command {
 int command_begin(const Command *command, const OptionTable *table, int argc, char **argv, TextList *files,
                   NphStatus *status);
 
+/* Runs nephos-altered with line[1 ...] in place of this program, NULL at the end; line[0] is set. Returns only where it cannot be
+ * run, which has been told. */
+void altered_replace(char **line);
+
 extern const Command command_render, command_plan, command_info, command_compare, command_merge, command_bench, command_verify,
     command_stage, command_diagnose, command_tolerance;
 

@@ -16,12 +16,10 @@ static void own_folder(char *folder, size_t bytes) {
     if (slash) slash[1] = 0;
 }
 
-static NphStatus run(const Command *command, int argc, char **argv) {
+void altered_replace(char **line) {
     static const char *const places[] = {"../altered/nephos-altered", "../libexec/nephos/nephos-altered"};
     char folder[3072], path[4096];
-    char *line[256] = {path, (char *)command->name};
-    if (argc + 1 >= (int)(sizeof line / sizeof line[0])) return usage_error(command->name, "%d arguments are too many", argc - 1);
-    for (int i = 1; i < argc; i++) line[i + 1] = argv[i];
+    line[0] = path;
     own_folder(folder, sizeof folder);
     for (int i = 0; i < 3; i++) {
         if (i < 2) snprintf(path, sizeof path, "%s%s", folder, places[i]);
@@ -30,6 +28,14 @@ static NphStatus run(const Command *command, int argc, char **argv) {
         if (errno != ENOENT && errno != ENOTDIR) break;
     }
     fprintf(stderr, "nephos: error: %s, a part of nephos, cannot be run: %s\n", path, strerror(errno));
+    line[0] = NULL;
+}
+
+static NphStatus run(const Command *command, int argc, char **argv) {
+    char *line[256] = {NULL, (char *)command->name};
+    if (argc + 1 >= (int)(sizeof line / sizeof line[0])) return usage_error(command->name, "%d arguments are too many", argc - 1);
+    for (int i = 1; i < argc; i++) line[i + 1] = argv[i];
+    altered_replace(line);
     return NPH_BAD_INPUT;
 }
 

@@ -32,7 +32,7 @@ static NphStatus set_arguments(const StageCommand *command, const NphStages *sta
             if (strlen(name) != (size_t)(value - text) || strncmp(name, text, strlen(name)) != 0) continue;
             found = nph_parse_int(value + 1, &arguments[a]);
         }
-        if (!found) return usage_error("stage", "--set %s: expected NAME=NUMBER, NAME tile, chunk, vertex, light or what the method has", text);
+        if (!found) return usage_error("stage", "--set %s: expected NAME=NUMBER, NAME tile, chunk, vertex, light, medium or what the method has", text);
     }
     return NPH_OK;
 }
@@ -132,7 +132,7 @@ static NphStatus run(const Command *command, int argc, char **argv) {
     option_add(&table, (Option){.name = "in", .kind = OPTION_LIST, .target = &stage.in, .value_name = "BUFFER=FILE.npy",
                                 .meaning = "an input; replaces the dump's; may be given several times"});
     option_add(&table, (Option){.name = "set", .kind = OPTION_LIST, .target = &stage.set, .value_name = "NAME=NUMBER",
-                                .meaning = "an argument of the launch: tile, chunk, vertex, light; may be given several times"});
+                                .meaning = "an argument of the launch: tile, chunk, vertex, light, medium; may be given several times"});
     option_add(&table, (Option){.name = "output", .letter = 'o', .kind = OPTION_TEXT, .target = &stage.output, .value_name = "DIR",
                                 .meaning = "where the outputs go, as BUFFER.npy"});
     run_options_add(&table, &stage.run);

@@ -10,14 +10,18 @@
 
 static const Command *const commands[] = {&command_render,  &command_plan,  &command_info,
                                           &command_compare, &command_merge, &command_bench,
-                                          &command_verify,  &command_stage};
+                                          &command_verify,  &command_stage,
+#ifdef NPH_HAVE_ALTERED
+                                          &command_diagnose, &command_tolerance
+#endif
+};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void print_help(void) {
     puts("nephos: a reference renderer for clouds, smoke and atmosphere on the CPU\n"
          "\n"
          "usage: nephos COMMAND [arguments]     nephos COMMAND --help tells more\n");
-    for (int i = 0; i < COMMANDS; i++) printf("  %-8s  %s\n", commands[i]->name, commands[i]->summary);
+    for (int i = 0; i < COMMANDS; i++) printf("  %-9s  %s\n", commands[i]->name, commands[i]->summary);
     puts("\n"
          "A first picture, and what is in it:\n"
          "  nephos render reference/scenes/cumulus.yaml -o cumulus.exr --png\n"

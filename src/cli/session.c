@@ -39,7 +39,8 @@ static void catch_signal(int number) {
 }
 
 static void on_message(void *user, NphMessageLevel level, const char *text) {
-    progress_message(&((Session *)user)->progress, level, text);
+    Session *session = user;
+    if (!session->mute) progress_message(&session->progress, level, text);
 }
 
 static void on_progress(void *user, const char *task, double done, double total, double seconds_left) {

@@ -12,6 +12,7 @@ typedef struct Session {
     int64_t threads;             /* 0: all usable */
     uint64_t memory_limit_bytes; /* 0: none */
     int quiet;
+    int mute;                    /* set by the command: messages of the library are not told */
     NphContext *context;
     Progress progress;
 } Session;

@@ -68,4 +68,8 @@ static inline Real r_min(Real a, Real b) { return a < b ? a : b; }
 static inline Real r_max(Real a, Real b) { return a > b ? a : b; }
 static inline Real r_clamp(Real x, Real lo, Real hi) { return x < lo ? lo : x > hi ? hi : x; }
 
+#ifdef NPH_ALTERED
+#include "core/accuracy.h"
+#endif
+
 #endif

@@ -91,6 +91,13 @@ NphStatus nph_grid_derive(NphContext *context, const NphGrid *from, NphSampleFn 
 
 void nph_grid_free(NphContext *context, NphGrid *grid);
 
+/* grid_dense.c: all samples of the lattice, padding included, [z][y][x]; room for as many as it has. And the majorants of such
+ * samples, which must be densities, where those beyond the last ones repeat them: those of the grid, to the bit. */
+int64_t nph_grid_dense_count(const NphGrid *grid);
+void nph_grid_dense(const NphGrid *grid, float *samples);
+NphStatus nph_majorant_of_samples(NphContext *context, const int32_t n[3], const float *samples, const char *what,
+                                  NphMajorant *majorant);
+
 /* Bytes the grid holds. */
 uint64_t nph_grid_bytes(const NphGrid *grid);
 

@@ -1,23 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * What reading and writing of OpenEXR share: names the format keeps, and the library's messages. */
-#include "io/exr.h"
-
-#include <stdio.h>
-#include <string.h>
-
+ * What reading and writing of OpenEXR share: the library's messages. */
 #include "io/exr_core.h"
 
-static const char *const reserved[] = {
-    "channels",           "compression",       "dataWindow", "displayWindow", "lineOrder", "pixelAspectRatio",
-    "screenWindowCenter", "screenWindowWidth", "name",       "type",          "tiles",     "version",
-    "chunkCount"};
-
-int nph_exr_reserved_name(const char *name) {
-    for (size_t i = 0; i < sizeof reserved / sizeof *reserved; i++)
-        if (strcmp(name, reserved[i]) == 0) return 1;
-    return 0;
-}
+#include <stdio.h>
 
 /* The first message is the cause; those that follow tell how the library's callers failed in turn. */
 void nph_exr_note(exr_const_context_t exr, exr_result_t code, const char *text) {

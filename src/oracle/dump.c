@@ -21,6 +21,7 @@
 #include "io/volume.h"
 #include "method/job.h"
 #include "oracle/digest.h"
+#include "oracle/dump_facts.h"
 #include "oracle/stages.h"
 
 enum { FILE_NAME = 96 };
@@ -58,6 +59,7 @@ typedef struct Dump {
     int thread_count;
     pthread_mutex_t lock;
     uint64_t bytes;   /* of all workers, under the lock */
+    uint64_t once;    /* of them, what is written once: NPH_BATCH_OF_SCENE */
     Worker *workers;
 } Dump;
 
@@ -65,8 +67,10 @@ void nph_dump_options_default(NphDumpOptions *options) {
     *options = (NphDumpOptions){.launch = -1, .batch = -1, .limit_bytes = (uint64_t)4 << 30};
 }
 
+/* What is launched once is always written: no stage can be ported without what media hold. */
 static int is_selected(const Dump *dump, const NphLaunch *launch) {
     const NphDumpOptions *o = dump->options;
+    if (launch->batch == NPH_BATCH_OF_SCENE) return 1;
     return (dump->stage < 0 || launch->stage == dump->stage) && (o->launch < 0 || launch->number == o->launch) &&
            (o->batch < 0 || launch->batch == o->batch) && (dump->tile < 0 || launch->arguments[0] == dump->tile);
 }
@@ -121,18 +125,24 @@ static NphStatus close_file(Dump *dump, Worker *worker) {
                      (long long)worker->file_batch, strerror(errno));
 }
 
+static void batch_file(const NphLaunch *launch, char name[FILE_NAME / 2]) {
+    if (launch->batch == NPH_BATCH_OF_SCENE) snprintf(name, FILE_NAME / 2, "scene.npys");
+    else snprintf(name, FILE_NAME / 2, "%06lld.npys", (long long)launch->batch);
+}
+
 /* To the file of the batch, which holds its arrays one after the other. */
 static NphStatus append(Dump *dump, Worker *worker, const NphLaunch *launch, const NphArray *array, int64_t stride,
                         Use *use) {
-    char path[4096];
+    char path[4096], name[FILE_NAME / 2];
+    batch_file(launch, name);
     if (worker->file < 0 || worker->file_batch != launch->batch) {
         worker->file_bytes = 0;
         if (dump->write) NPH_TRY(close_file(dump, worker));
         worker->file_batch = launch->batch;
     }
-    snprintf(use->file, sizeof use->file, "%06lld.npys@%lld", (long long)launch->batch, (long long)worker->file_bytes);
+    snprintf(use->file, sizeof use->file, "%s@%lld", name, (long long)worker->file_bytes);
     if (!dump->write) return NPH_OK;
-    snprintf(path, sizeof path, "%s/%06lld.npys", dump->options->folder, (long long)launch->batch);
+    snprintf(path, sizeof path, "%s/%s", dump->options->folder, name);
     if (worker->file < 0) worker->file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (worker->file < 0) return nph_error(dump->context, NPH_BAD_OUTPUT, "%s: cannot be made: %s", path, strerror(errno));
     return nph_npy_append(dump->context, worker->file, path, array, array->rank > 1 ? stride : 0, &worker->file_bytes);
@@ -160,6 +170,7 @@ static NphStatus write_buffer(Dump *dump, Worker *worker, void *state, int index
     *use = made;
     pthread_mutex_lock(&dump->lock);
     uint64_t all = dump->bytes += row * rows + 128;
+    if (launch->batch == NPH_BATCH_OF_SCENE) dump->once += row * rows + 128;
     pthread_mutex_unlock(&dump->lock);
     if (dump->write && all > dump->options->limit_bytes)
         return nph_error(dump->context, NPH_NO_MEMORY, "the dump grows beyond its limit of %.1f MiB: write less (--dump-select), or "
@@ -173,7 +184,8 @@ static NphStatus before(void *user, void *state, int index, const NphLaunch *lau
     Dump *dump = user;
     Worker *worker = &dump->workers[index];
     const NphStage *stage = &dump->method->stages[launch->stage];
-    for (int b = 0; b < dump->method->buffer_count && launch->number == 0; b++) worker->now[b].file[0] = 0;
+    int alone = launch->number == 0 || launch->batch == NPH_BATCH_OF_SCENE;
+    for (int b = 0; b < dump->method->buffer_count && alone; b++) worker->now[b].file[0] = 0;
     if (!is_selected(dump, launch)) return NPH_OK;
     NPH_TRY(add_record(dump, worker, launch));
     for (int b = 0; b < dump->method->buffer_count; b++) {
@@ -357,9 +369,11 @@ static NphStatus write_manifest(Dump *dump, const NphJob *job, const char *scene
         json_job(&json, job, dump->method, scene_name);
         json_stages(&json, dump->method);
         json_buffers(&json, dump->method, job->precision);
+        status = nph_json_facts(&json, dump->method, job);
         json_launches(&json, dump, records, count);
         nph_json_close(&json);
-        status = nph_writer_commit(dump->context, &writer);
+        NphStatus written = nph_writer_commit(dump->context, &writer);
+        status = status == NPH_OK ? written : status;
     }
     nph_free(dump->context, records);
     return status;
@@ -375,6 +389,9 @@ static NphStatus open_dump(Dump *dump, const NphJob *job, const NphDumpOptions *
         return nph_error(job->context, NPH_BAD_USAGE, "method %s has no stage %s", dump->method->name, options->stage);
     if (options->pixel_given) {
         const int *p = options->pixel;
+        if (dump->method->shares_samples)
+            return nph_error(job->context, NPH_BAD_USAGE, "launches of method %s are not of single pixels: select a stage, a launch or a "
+                             "batch", dump->method->name);
         if (p[0] < crop[0] || p[1] < crop[1] || p[0] >= crop[2] || p[1] >= crop[3])
             return nph_error(job->context, NPH_BAD_USAGE, "pixel %d,%d is not in the picture (%d,%d to %d,%d)", p[0], p[1], crop[0],
                              crop[1], crop[2] - 1, crop[3] - 1);
@@ -419,7 +436,12 @@ static NphStatus check_folder(NphContext *context, const char *path) {
     return entries == 0 ? NPH_OK : nph_error(context, NPH_BAD_OUTPUT, "%s: holds files already: a dump needs an empty folder", path);
 }
 
-/* Counts what the tiles around the middle would take, of the first samples, and scales it up. */
+static int tiles_of(const int crop[4]) {
+    return ((crop[2] - 1) / NPH_TILE - crop[0] / NPH_TILE + 1) * ((crop[3] - 1) / NPH_TILE - crop[1] / NPH_TILE + 1);
+}
+
+/* Counts what the tiles around the middle would take, of the first samples, and scales it up; all tiles where pixels share their
+ * samples. */
 static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                           const NphMethod *method, double *bytes) {
     enum { REACH = 2 * NPH_TILE };
@@ -427,8 +449,7 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     NphDumpOptions all = *what;
     NphRenderOptions few = *options;
     NphFilm *film = NULL;
-    int one = what->batch >= 0, tiles = 0, whole = 0;
-    all.batch = -1;
+    int one = what->batch >= 0, shared = method->shares_samples, tiles = 0, whole = 0;
     all.pixel_given = 0;
     few.samples = few.sample_begin = few.sample_end = 0;
     few.target_error = few.time_budget_s = 0.0;
@@ -436,25 +457,42 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     few.crop_given = 1;
     for (int a = 0; a < 2; a++) {
         int middle = what->pixel_given ? what->pixel[a] : (job->crop[a] + job->crop[a + 2]) / 2, at = middle / NPH_TILE * NPH_TILE;
-        int reach = what->pixel_given ? 0 : REACH;
+        int reach = what->pixel_given ? 0 : shared ? job->crop[a + 2] : REACH; /* photons are the whole picture's */
         few.crop[a] = at - reach > job->crop[a] ? at - reach : job->crop[a];
         few.crop[a + 2] = at + reach + NPH_TILE < job->crop[a + 2] ? at + reach + NPH_TILE : job->crop[a + 2];
     }
-    tiles = (few.crop[2] - few.crop[0] + NPH_TILE - 1) / NPH_TILE * ((few.crop[3] - few.crop[1] + NPH_TILE - 1) / NPH_TILE);
-    whole = what->pixel_given ? 1 : (job->crop[2] - job->crop[0] + NPH_TILE - 1) / NPH_TILE * ((job->crop[3] - job->crop[1] + NPH_TILE - 1) / NPH_TILE);
+    tiles = tiles_of(few.crop);
+    whole = what->pixel_given ? 1 : tiles_of(job->crop);
+    all.batch = one && shared ? what->batch % (NPH_CHUNK + whole) : -1;
     NPH_TRY(open_dump(&dump, job, &all));
     NphTap tap = {&dump, before, after};
     NphStatus status = nph_render_tapped(job->context, scene, &few, &tap, &film, NULL);
-    *bytes = (double)dump.bytes;
-    *bytes *= one ? 1.0 / tiles : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
+    *bytes = (double)(dump.bytes - dump.once);
+    *bytes *= one ? (shared ? 1.0 : 1.0 / tiles) : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
+    *bytes += (double)dump.once;
     close_dump(&dump);
     nph_film_free(job->context, film);
     return status;
 }
 
+/* Densities are made dense to be written: none that is too large already. */
+static NphStatus check_densities(const NphScene *scene, const NphDumpOptions *what, const NphJob *job, const NphMethod *method) {
+    int shown = 0;
+    for (int s = 0; s < method->stage_count; s++) shown |= strstr(method->stages[s].name, ".majorant") != NULL;
+    for (int m = 0; m < scene->medium_count && shown; m++) {
+        const NphMedium *medium = &scene->media[m];
+        double bytes = medium->shape == NPH_SHAPE_GRID ? 4.0 * (double)nph_grid_dense_count(&medium->grid) : 0.0;
+        if (bytes > (double)what->limit_bytes)
+            return nph_error(job->context, NPH_NO_MEMORY, "the density of %s takes %.1f MiB as a dense array, the dump's limit is %.1f MiB "
+                             "(--dump-limit)", medium->name, bytes / 1048576.0, (double)what->limit_bytes / 1048576.0);
+    }
+    return NPH_OK;
+}
+
 static NphStatus check_size(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                             const NphMethod *method) {
     double bytes = 0.0;
+    NPH_TRY(check_densities(scene, what, job, method));
     NPH_TRY(forecast(scene, options, what, job, method, &bytes));
     if (bytes <= (double)what->limit_bytes) return NPH_OK;
     return nph_error(job->context, NPH_NO_MEMORY, "the dump will take about %.1f MiB, its limit is %.1f MiB: write less "

@@ -156,6 +156,71 @@ static NphStatus read_knobs(Reader *r, const yaml_node_t *root, NphManifest *m) 
     return NPH_OK;
 }
 
+static NphStatus add_numbers(Reader *r, NphManifest *m, const char *name, int count, const double *values) {
+    if ((m->number_count & (m->number_count + 1)) == 0) { /* 0, 1, 3, 7 ...: full */
+        NphManifestNumbers *larger = NULL;
+        NPH_TRY(NPH_NEW(r->context, 2 * m->number_count + 1, "numbers of a manifest", &larger));
+        if (m->number_count) memcpy(larger, m->numbers, (size_t)m->number_count * sizeof *larger);
+        nph_free(r->context, m->numbers);
+        m->numbers = larger;
+    }
+    NphManifestNumbers *made = &m->numbers[m->number_count];
+    *made = (NphManifestNumbers){.count = count};
+    NPH_TRY(NPH_NEW(r->context, strlen(name) + 1, "name of numbers", &made->name));
+    m->number_count++;
+    memcpy(made->name, name, strlen(name) + 1);
+    NPH_TRY(NPH_NEW(r->context, count, "numbers of a manifest", &made->values));
+    memcpy(made->values, values, (size_t)count * sizeof *values);
+    return NPH_OK;
+}
+
+static int number_of(const yaml_node_t *node, double *value) { return text_of(node) && nph_parse_double(text_of(node), value); }
+
+/* A list of numbers, but not of something else; 0 where it is none. */
+static int list_of(Reader *r, const yaml_node_t *node, double values[NPH_MANIFEST_LIST]) {
+    int count = (int)(node->data.sequence.items.top - node->data.sequence.items.start);
+    for (int i = 0; i < count; i++)
+        if (i >= NPH_MANIFEST_LIST || !number_of(yaml_document_get_node(&r->document, node->data.sequence.items.start[i]), &values[i]))
+            return 0;
+    return count;
+}
+
+/* All numbers below a node, under the name of where they stand. A document may be deep; what is of use is not. */
+static NphStatus read_numbers(Reader *r, const yaml_node_t *node, const char *name, int depth, NphManifest *m) {
+    char below[256];
+    double values[NPH_MANIFEST_LIST];
+    int list = node->type == YAML_SEQUENCE_NODE ? list_of(r, node, values) : number_of(node, values);
+    if (list) return add_numbers(r, m, name, list, values);
+    if (depth == 4) return NPH_OK;
+    if (node->type == YAML_SEQUENCE_NODE)
+        for (yaml_node_item_t *item = node->data.sequence.items.start; item < node->data.sequence.items.top; item++) {
+            if (snprintf(below, sizeof below, "%s.%d", name, (int)(item - node->data.sequence.items.start)) >= (int)sizeof below) continue;
+            NPH_TRY(read_numbers(r, yaml_document_get_node(&r->document, *item), below, depth + 1, m));
+        }
+    if (node->type != YAML_MAPPING_NODE) return NPH_OK;
+    for (yaml_node_pair_t *pair = node->data.mapping.pairs.start; pair < node->data.mapping.pairs.top; pair++) {
+        const char *key = text_of(yaml_document_get_node(&r->document, pair->key));
+        int large = depth == 0 && key && (strcmp(key, "stages") == 0 || strcmp(key, "buffers") == 0 || strcmp(key, "launches") == 0);
+        if (!key || large || snprintf(below, sizeof below, "%s%s%s", name, *name ? "." : "", key) >= (int)sizeof below) continue;
+        NPH_TRY(read_numbers(r, yaml_document_get_node(&r->document, pair->value), below, depth + 1, m));
+    }
+    return NPH_OK;
+}
+
+/* "buffers": [{"name": "path.weight", "type": "f16"}]: those that a port keeps as halves. */
+static NphStatus read_halves(Reader *r, const yaml_node_t *root, NphManifest *m) {
+    const yaml_node_t *node = get(r, root, "buffers");
+    if (!node || node->type != YAML_SEQUENCE_NODE) return NPH_OK;
+    for (yaml_node_item_t *item = node->data.sequence.items.start; item < node->data.sequence.items.top; item++) {
+        const yaml_node_t *buffer = yaml_document_get_node(&r->document, *item);
+        const char *type = text_of(get(r, buffer, "type"));
+        if (!type || strcmp(type, "f16") != 0 || m->half_count == NPH_MAX_BUFFERS) continue;
+        NPH_TRY(read_text(r, buffer, "name", 1, &m->halves[m->half_count]));
+        m->half_count++;
+    }
+    return NPH_OK;
+}
+
 static NphStatus read_root(Reader *r, NphManifest *m) {
     const yaml_node_t *root = yaml_document_get_root_node(&r->document);
     int64_t version, seed, frame, crop[4] = {0};
@@ -180,6 +245,8 @@ static NphStatus read_root(Reader *r, NphManifest *m) {
     m->frame = (uint32_t)frame;
     for (int a = 0; a < 4; a++) m->crop[a] = (int)crop[a];
     NPH_TRY(read_knobs(r, root, m));
+    NPH_TRY(read_numbers(r, root, "", 0, m));
+    NPH_TRY(read_halves(r, root, m));
     return read_launches(r, root, m);
 }
 
@@ -234,6 +301,12 @@ void nph_manifest_free(NphContext *context, NphManifest *m) {
         nph_free(context, launch->stage);
     }
     for (int k = 0; k < m->knob_count; k++) nph_free(context, m->knobs[k]);
+    for (int n = 0; n < m->number_count; n++) {
+        nph_free(context, m->numbers[n].name);
+        nph_free(context, m->numbers[n].values);
+    }
+    nph_free(context, m->numbers);
+    for (int h = 0; h < m->half_count; h++) nph_free(context, m->halves[h]);
     nph_free(context, m->launches);
     nph_free(context, m->folder);
     nph_free(context, m->scene);

@@ -5,9 +5,9 @@
 #ifndef NPH_ORACLE_MANIFEST_H
 #define NPH_ORACLE_MANIFEST_H
 
-#include "nephos/stage.h"
+#include "nephos/verify.h"
 
-enum { NPH_MANIFEST_KNOBS = 64 };
+enum { NPH_MANIFEST_KNOBS = 64, NPH_MANIFEST_LIST = 64 /* numbers of a list that is kept */ };
 
 typedef struct NphManifestFile {
     char *buffer, *file; /* file: below the folder */
@@ -22,16 +22,30 @@ typedef struct NphManifestLaunch {
     NphManifestFile *inputs, *outputs;
 } NphManifestLaunch;
 
+/* Numbers that stand somewhere in the manifest: "media.0.sigma". */
+typedef struct NphManifestNumbers {
+    char *name;
+    int count;
+    double *values;
+} NphManifestNumbers;
+
 typedef struct NphManifest {
     char *folder, *scene, *scene_digest, *method;
     int precision, plan_full;
     uint32_t seed, frame;
     int64_t samples[2];
     int crop[4], crop_given;
-    int knob_count, launch_count;
+    int knob_count, launch_count, number_count, half_count;
     char *knobs[NPH_MANIFEST_KNOBS]; /* "path.roulette=0.1" */
+    char *halves[NPH_MAX_BUFFERS];   /* buffers whose type is said to be f16 */
     NphManifestLaunch *launches;     /* in the order of batch and number */
+    NphManifestNumbers *numbers;     /* but those of stages, buffers and launches */
 } NphManifest;
+
+struct NphDumpRun {
+    NphManifest manifest;
+    NphRenderOptions options;
+};
 
 /* folder: of the dump, or its manifest.json. NPH_BAD_INPUT with file, line and what is wrong. */
 NphStatus nph_manifest_read(NphContext *context, const char *folder, NphManifest *manifest);

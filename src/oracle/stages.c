@@ -132,6 +132,31 @@ NphStatus nph_buffer_place(NphContext *context, const NphMethod *method, void *s
     return NPH_OK;
 }
 
+/* Before anything is placed: whether a buffer is there depends on the scene alone. */
+static NphStatus begin(NphStages *stages, const char *stage, const int64_t *arguments, NphLaunch *launch) {
+    const NphMethod *method = stages->method;
+    *launch = (NphLaunch){.stage = nph_stage_find(method, stage)};
+    if (launch->stage < 0)
+        return nph_error(stages->context, NPH_BAD_USAGE, "method %s has no stage %s", method->name, stage);
+    for (int a = 0; a < method->argument_count; a++) launch->arguments[a] = arguments[a];
+    return method->begin_launch(stages->state, 0, stages->film, launch);
+}
+
+NphStatus nph_stages_missing(NphStages *stages, const char *stage, const int64_t *arguments, int input_count, const NphNamedArray *inputs,
+                             const char **missing) {
+    NphLaunch launch;
+    NPH_TRY(begin(stages, stage, arguments, &launch));
+    *missing = NULL;
+    for (int b = 0; b < stages->method->buffer_count && !*missing; b++) {
+        NphView view;
+        const char *name = stages->method->buffers[b].name;
+        if (nph_stage_lists(stages->method->stages[launch.stage].reads, name) && !input_of(input_count, inputs, name) &&
+            stages->method->view(stages->state, 0, b, &view))
+            *missing = name;
+    }
+    return NPH_OK;
+}
+
 static NphStatus place_inputs(NphStages *stages, const NphStage *stage, int count, const NphNamedArray *inputs) {
     for (int i = 0; i < count; i++)
         if (nph_buffer_find(stages->method, inputs[i].name) < 0 || !nph_stage_lists(stage->reads, inputs[i].name))
@@ -168,13 +193,10 @@ static NphStatus take_outputs(NphStages *stages, const NphStage *stage, int *cou
 NphStatus nph_stages_run(NphStages *stages, const char *stage, const int64_t *arguments, int input_count,
                          const NphNamedArray *inputs, int *output_count, NphNamedArray *outputs) {
     const NphMethod *method = stages->method;
-    NphLaunch launch = {.stage = nph_stage_find(method, stage)};
-    if (launch.stage < 0)
-        return nph_error(stages->context, NPH_BAD_USAGE, "method %s has no stage %s", method->name, stage);
-    for (int a = 0; a < method->argument_count; a++) launch.arguments[a] = arguments[a];
-    NPH_TRY(method->begin_launch(stages->state, 0, stages->film, &launch));
+    NphLaunch launch;
+    NPH_TRY(begin(stages, stage, arguments, &launch));
     NPH_TRY(place_inputs(stages, &method->stages[launch.stage], input_count, inputs));
     NPH_TRY(method->check(stages->state, 0, &launch));
-    method->launch(stages->state, 0, &launch);
+    NPH_TRY(method->launch(stages->state, 0, &launch));
     return take_outputs(stages, &method->stages[launch.stage], output_count, outputs);
 }

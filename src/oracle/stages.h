@@ -5,6 +5,7 @@
 #define NPH_ORACLE_STAGES_H
 
 #include "nephos/stage.h"
+#include "oracle/manifest.h"
 #include "pipeline/method.h"
 
 extern const char *const nph_class_names[];
@@ -21,5 +22,13 @@ int nph_stage_find(const NphMethod *method, const char *name);
 
 /* NPH_BAD_USAGE where the method's stages cannot be looked at. */
 NphStatus nph_stages_supported(NphContext *context, const NphMethod *method);
+
+/* Arguments and inputs of a launch of a dump; the caller frees the arrays. inputs: room for NPH_MAX_BUFFERS. (verify.c) */
+NphStatus nph_launch_inputs(NphContext *context, const NphManifest *manifest, const NphManifestLaunch *launch, const NphStages *stages,
+                            int64_t *arguments, NphNamedArray *inputs, int *count);
+
+/* The first buffer that the stage reads in this scene and that is not among the inputs; NULL: there is none. */
+NphStatus nph_stages_missing(NphStages *stages, const char *stage, const int64_t *arguments, int input_count, const NphNamedArray *inputs,
+                             const char **missing);
 
 #endif

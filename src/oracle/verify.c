@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * See nephos/verify.h. Items that have an identity are matched by it, since their order is nobody's business: a GPU compacts its queues
- * as its atomics fall. Values of a queue are positions and become identities first. */
+ * See nephos/verify.h: launches are paired, the reference's stage is run again where the candidate had inputs of its own, and what
+ * oracle/cells.h says of each buffer is held against a tolerance. */
 #include "nephos/verify.h"
 
-#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,19 +11,21 @@
 #include "core/fmath.h"
 #include "core/memory.h"
 #include "core/message.h"
+#include "io/half.h"
 #include "method/registry.h"
+#include "oracle/cells.h"
 #include "oracle/manifest.h"
 #include "oracle/stages.h"
 #include "scene/model.h"
 
-enum { NO_ITEM = -1 };
+/* Where a buffer's row began to differ: the first launch with an item turned over, and the first with more than chance explains. */
+typedef struct Place {
+    int64_t sequence, batch, number; /* sequence: of launches; -1: nowhere */
+} Place;
 
-/* The buffers of one launch, of one side. */
-typedef struct Side {
-    int count;
-    NphNamedArray buffers[2 * NPH_MAX_BUFFERS]; /* outputs, then inputs */
-    int outputs;
-} Side;
+typedef struct Found {
+    Place turned, untypical, failed;
+} Found;
 
 typedef struct Verify {
     NphContext *context;
@@ -33,43 +34,49 @@ typedef struct Verify {
     NphManifest reference, candidate;
     NphStages *stages;
     NphVerification *result;
+    Found *found; /* by row */
     int room;
+    const NphManifestLaunch *launch; /* under way */
+    const NphSide *theirs;
 } Verify;
 
 void nph_verify_options_default(NphVerifyOptions *options) { *options = (NphVerifyOptions){.ulp = 64.0, .flips = 0.0}; }
 
-static void free_side(NphContext *context, Side *side) {
-    for (int i = 0; i < side->count; i++) nph_array_free(context, &side->buffers[i].array);
-    side->count = side->outputs = 0;
+static int is_declared_half(const Verify *v, const char *buffer) {
+    for (int i = 0; i < v->candidate.half_count; i++)
+        if (strcmp(v->candidate.halves[i], buffer) == 0) return 1;
+    for (int i = 0; i < v->options->allow_count; i++)
+        if (strncmp(v->options->allow[i], "f16:", 4) == 0 && strcmp(v->options->allow[i] + 4, buffer) == 0) return 1;
+    return 0;
 }
 
-/* Outputs first: a stage that writes what it reads is known by what it wrote. */
-static const NphArray *buffer_of(const Side *side, const char *name) {
-    for (int i = 0; i < side->count; i++)
-        if (strcmp(side->buffers[i].name, name) == 0) return &side->buffers[i].array;
-    return NULL;
+/* Halves become floats; among outputs only where they are declared. */
+static NphStatus widen(Verify *v, NphNamedArray *made) {
+    NphArray wide;
+    if (made->array.type != NPH_F16) return NPH_OK;
+    NPH_TRY(nph_array_new(v->context, NPH_F32, made->array.rank, made->array.shape, made->name, &wide));
+    for (int64_t i = 0; i < nph_array_count(&wide); i++)
+        ((float *)wide.data)[i] = nph_float_from_half(((const uint16_t *)made->array.data)[i]);
+    nph_array_free(v->context, &made->array);
+    made->array = wide;
+    return NPH_OK;
 }
 
-static const NphArray *output_of(const Side *side, const char *name) {
-    for (int i = 0; i < side->outputs; i++)
-        if (strcmp(side->buffers[i].name, name) == 0) return &side->buffers[i].array;
-    return NULL;
-}
-
-static NphStatus read_files(Verify *v, const NphManifest *manifest, int count, const NphManifestFile *files, Side *side) {
+static NphStatus read_files(Verify *v, const NphManifest *manifest, int count, const NphManifestFile *files, int inputs, NphSide *side) {
     for (int i = 0; i < count && side->count < 2 * NPH_MAX_BUFFERS; i++) {
         NphNamedArray *made = &side->buffers[side->count];
         made->name = files[i].buffer;
         NPH_TRY(nph_manifest_array(v->context, manifest, files[i].file, &made->array));
         side->count++;
+        if (inputs || is_declared_half(v, made->name)) NPH_TRY(widen(v, made));
     }
     return NPH_OK;
 }
 
-static NphStatus read_side(Verify *v, const NphManifest *manifest, const NphManifestLaunch *launch, Side *side) {
-    NPH_TRY(read_files(v, manifest, launch->output_count, launch->outputs, side));
+static NphStatus read_side(Verify *v, const NphManifest *manifest, const NphManifestLaunch *launch, NphSide *side) {
+    NPH_TRY(read_files(v, manifest, launch->output_count, launch->outputs, 0, side));
     side->outputs = side->count;
-    return read_files(v, manifest, launch->input_count, launch->inputs, side);
+    return read_files(v, manifest, launch->input_count, launch->inputs, 1, side);
 }
 
 /* Arguments by name; those that the manifest does not give are the reference's. */
@@ -79,243 +86,175 @@ static void arguments_of(const Verify *v, const NphManifestLaunch *launch, int64
             if (strcmp(launch->argument_names[i], v->method->arguments[a]) == 0) out[a] = launch->arguments[i];
 }
 
-/* What the reference makes of the candidate's inputs, which go with it. */
-static NphStatus run_again(Verify *v, const NphManifestLaunch *launch, const NphManifestLaunch *ours, const Side *candidate, Side *side) {
-    int64_t arguments[NPH_MAX_ARGUMENTS] = {0};
-    arguments_of(v, ours, arguments);
-    arguments_of(v, launch, arguments);
-    NPH_TRY(nph_stages_run(v->stages, ours->stage, arguments, candidate->count - candidate->outputs,
-                           candidate->buffers + candidate->outputs, &side->count, side->buffers));
-    side->outputs = side->count;
-    v->result->run_again++;
-    return read_files(v, &v->candidate, launch->input_count, launch->inputs, side);
-}
-
-static NphStatus row_of(Verify *v, const char *stage, const char *buffer, NphVerifyRow **out) {
+static NphStatus row_of(Verify *v, const char *stage, const char *buffer, int *out) {
     NphVerification *result = v->result;
     for (int r = 0; r < result->row_count; r++)
         if (strcmp(result->rows[r].stage, stage) == 0 && strcmp(result->rows[r].buffer, buffer) == 0) {
-            *out = &result->rows[r];
+            *out = r;
             return NPH_OK;
         }
     if (result->row_count == v->room) {
         NphVerifyRow *larger = NULL;
+        Found *places = NULL;
         v->room = v->room ? 2 * v->room : 64;
         NPH_TRY(NPH_NEW(v->context, v->room, "rows of a verification", &larger));
         if (result->row_count) memcpy(larger, result->rows, (size_t)result->row_count * sizeof *larger);
         nph_free(v->context, result->rows);
         result->rows = larger;
+        NPH_TRY(NPH_NEW(v->context, v->room, "places of a verification", &places));
+        if (result->row_count) memcpy(places, v->found, (size_t)result->row_count * sizeof *places);
+        nph_free(v->context, v->found);
+        v->found = places;
     }
-    *out = &result->rows[result->row_count++];
-    snprintf((*out)->stage, sizeof(*out)->stage, "%s", stage);
-    snprintf((*out)->buffer, sizeof(*out)->buffer, "%s", buffer);
+    *out = result->row_count++;
+    v->found[*out] = (Found){{-1, 0, 0}, {-1, 0, 0}, {-1, 0, 0}};
+    snprintf(result->rows[*out].stage, NPH_VERIFY_NAME, "%s", stage);
+    snprintf(result->rows[*out].buffer, NPH_VERIFY_NAME, "%s", buffer);
     return NPH_OK;
 }
 
-static void fail(Verify *v, NphVerifyRow *row, const NphManifestLaunch *launch) {
-    row->failed = v->result->failed = 1;
-    if (v->result->first >= 0) return;
-    v->result->first = (int)(row - v->result->rows);
-    v->result->first_batch = launch->batch;
-    v->result->first_number = launch->number;
+static void put(const Verify *v, Place *place) {
+    if (place->sequence < 0) *place = (Place){v->result->launches, v->launch->batch, v->launch->number};
 }
 
-static double value_at(const NphArray *array, int64_t i) {
-    switch (array->type) {
-    case NPH_F32: return (double)((const float *)array->data)[i];
-    case NPH_F64: return ((const double *)array->data)[i];
-    case NPH_I32: return (double)((const int32_t *)array->data)[i];
-    case NPH_U32: return (double)((const uint32_t *)array->data)[i];
-    case NPH_I64: return (double)((const int64_t *)array->data)[i];
-    case NPH_U8: return (double)((const uint8_t *)array->data)[i];
-    default: return nph_nan();
+/* A row that fails whatever its cells are; the first reason is kept. */
+static void fail(Verify *v, int row, const char *problem) {
+    NphVerifyRow *r = &v->result->rows[row];
+    if (!r->problem[0])
+        snprintf(r->problem, sizeof r->problem, "batch %lld launch %lld: %s", (long long)v->launch->batch, (long long)v->launch->number,
+                 problem);
+    r->failed = 1;
+    put(v, &v->found[row].failed);
+}
+
+static const NphArray *their_output(const Verify *v, const char *buffer) {
+    for (int i = 0; i < v->theirs->outputs; i++)
+        if (strcmp(v->theirs->buffers[i].name, buffer) == 0) return &v->theirs->buffers[i].array;
+    return NULL;
+}
+
+/* Some causes are of every port; halves and, where the reference has doubles, floats only of those that say so; of interfaces each, or
+ * the one that was named. */
+static int counts(const Verify *v, const NphTolerance *row) {
+    static const char *const always[] = {"f64", "contraction", "division"};
+    for (size_t i = 0; i < sizeof always / sizeof *always; i++)
+        if (strcmp(row->cause, always[i]) == 0) return 1;
+    if (strncmp(row->cause, "f16:", 4) == 0) return is_declared_half(v, row->cause + 4);
+    if (strcmp(row->cause, "f32") == 0) {
+        const NphArray *array = their_output(v, row->buffer);
+        return array && array->type == NPH_F32;
     }
+    return !v->options->interface || strcmp(row->cause, v->options->interface) == 0;
 }
 
-static int is_real(const NphArray *array) { return array->type == NPH_F32 || array->type == NPH_F64; }
-
-/* The distance from |x| to the next number of the type away from 0. */
-static double unit_of(double x, NphType type) {
-    double least = type == NPH_F32 ? 1.401298464324817e-45 : 4.9406564584124654e-324, size = nph_abs(x), exponent;
-    if (!(size > least)) return least;
-    nph_mantissa(size, &exponent);
-    double top = nph_power_of_2(exponent < -1000.0 ? -1000.0 : exponent); /* within a factor sqrt 2 of a power of 2 below */
-    while (top > size) top *= 0.5;
-    double unit = top * (type == NPH_F32 ? 1.1920928955078125e-07 : 2.2204460492503131e-16);
-    return unit > least ? unit : least;
-}
-
-static int bin_of(double ulp) {
-    static const double edges[NPH_VERIFY_BINS - 1] = {0.0, 1.0, 4.0, 16.0, 64.0, 1024.0, 1048576.0};
-    int bin = 0;
-    while (bin < NPH_VERIFY_BINS - 1 && !(ulp <= edges[bin])) bin++;
-    return bin;
-}
-
-/* Positions in the candidate of the reference's items; NO_ITEM where it has none. NULL: by position. */
-static NphStatus match(Verify *v, const NphArray *ours, const NphArray *theirs, int64_t **out) {
-    int64_t count = nph_array_count(ours), others = nph_array_count(theirs), largest = -1, *place = NULL;
-    for (int64_t i = 0; i < count; i++) largest = value_at(ours, i) > (double)largest ? (int64_t)value_at(ours, i) : largest;
-    NPH_TRY(NPH_NEW(v->context, count > 0 ? count : 1, "positions of items", out));
-    NphStatus status = NPH_NEW(v->context, largest + 2, "items by identity", &place);
-    if (status != NPH_OK) return status;
-    for (int64_t i = 0; i < largest + 2; i++) place[i] = NO_ITEM;
-    for (int64_t i = 0; i < others; i++)
-        if (value_at(theirs, i) >= 0.0 && value_at(theirs, i) <= (double)largest) place[(int64_t)value_at(theirs, i)] = i;
-    for (int64_t i = 0; i < count; i++) {
-        double id = value_at(ours, i);
-        (*out)[i] = id >= 0.0 && id <= (double)largest ? place[(int64_t)id] : NO_ITEM;
+/* The loosest of the causes that count, of numbers and of decisions each; 0 where nothing has been measured. */
+static int tolerance_of(const Verify *v, const char *stage, const char *buffer, NphTolerance *out) {
+    const NphTolerances *all = v->options->tolerances;
+    int known = 0;
+    *out = (NphTolerance){.ulp = v->options->ulp, .flips = v->options->flips, .typical = v->options->ulp, .tail = 1.0};
+    for (int t = 0; all && t < all->count; t++) {
+        const NphTolerance *row = &all->rows[t];
+        if (strcmp(row->stage, stage) != 0 || strcmp(row->buffer, buffer) != 0 || !counts(v, row)) continue;
+        NphTolerance before = known++ ? *out : *row;
+        *out = row->ulp > before.ulp || (row->ulp >= before.ulp && row->flips > before.flips) ? *row : before;
+        if (row->flips > before.flips) before.flips = row->flips;
+        if (row->typical > before.typical) before.typical = row->typical;
+        out->flips = before.flips;
+        out->typical = before.typical;
     }
-    nph_free(v->context, place);
-    return NPH_OK;
+    return known || !all;
 }
 
-static void count_cell(const Verify *v, NphVerifyRow *row, const NphManifestLaunch *launch, const NphArray *a, int64_t i, double x,
-                       double y, double largest) {
-    NphType type = v->reference.precision == 32 ? NPH_F32 : a->type; /* moments in double of floats are no better than floats */
-    int both_nan = !(x >= x) && !(y >= y), equal = (x >= y && x <= y) || both_nan, real = is_real(a);
-    double unit = real ? unit_of(x, type) : 1.0, off = nph_abs(x - y), ulp = equal ? 0.0 : off / unit;
-    if (!(ulp >= 0.0)) ulp = nph_infinity();
-    int beyond = real ? ulp > v->options->ulp && !(off <= v->options->ulp * unit_of(largest, type)) : !equal;
-    row->cells++;
-    row->beyond += beyond;
-    row->histogram[bin_of(ulp)]++;
-    /* what is beyond the tolerance goes before what has more units but is not */
-    int worse = ulp > row->worst.ulp && (beyond || row->beyond == 0);
-    if (!(worse || (beyond && row->beyond == 1))) return;
-    NphVerifyCell cell = {launch->batch, launch->number, a->rank, {0}, x, y, ulp, off, off / nph_abs(x)};
-    for (int axis = a->rank - 1; axis >= 0; axis--) {
-        cell.index[axis] = i % a->shape[axis];
-        i /= a->shape[axis];
-    }
+static double limit_of(void *user, const NphBuffer *buffer) {
+    const Verify *v = user;
+    NphTolerance tolerance;
+    return tolerance_of(v, v->launch->stage, buffer->name, &tolerance) ? tolerance.ulp : 0.0;
+}
+
+static void keep_worst(NphVerifyRow *row, const NphManifestLaunch *launch, const NphBufferGap *gap) {
+    NphVerifyCell cell = {launch->batch, launch->number, gap->rank, {0}, gap->reference, gap->candidate, gap->ulp, gap->absolute, 0.0};
+    cell.relative = gap->absolute / nph_abs(gap->reference);
+    memcpy(cell.index, gap->index, sizeof cell.index);
     row->worst = cell;
 }
 
-/* Rows of the last axis; `place` reorders the candidate's. */
-static void compare_cells(Verify *v, NphVerifyRow *row, const NphManifestLaunch *launch, const NphArray *a, const NphArray *b,
-                          const int64_t *place) {
-    int64_t length = a->rank ? a->shape[a->rank - 1] : 1, others = b->rank ? b->shape[b->rank - 1] : 1;
-    int64_t rows = length ? nph_array_count(a) / length : 0;
-    for (int64_t r = 0; r < rows; r++) {
-        double largest = 0.0;
-        for (int64_t i = 0; i < length; i++) {
-            double size = nph_abs(value_at(a, r * length + i));
-            largest = size > largest && size < DBL_MAX ? size : largest;
-        }
-        for (int64_t i = 0; i < length; i++) {
-            int64_t j = place ? place[i] : i;
-            double y = j == NO_ITEM || j >= others ? nph_nan() : value_at(b, r * others + j);
-            count_cell(v, row, launch, a, r * length + i, value_at(a, r * length + i), y, largest);
-        }
+static NphStatus take(void *user, const NphBufferGap *gap) {
+    static const int bins[NPH_VERIFY_BINS] = {0, 1, 3, 5, 7, 11, 21, NPH_OCTAVES - 1}; /* last octave of each */
+    Verify *v = user;
+    int r;
+    NPH_TRY(row_of(v, v->launch->stage, gap->buffer->name, &r));
+    NphVerifyRow *row = &v->result->rows[r];
+    row->launches++;
+    if (gap->problem[0]) fail(v, r, gap->problem);
+    if (!tolerance_of(v, row->stage, row->buffer, &row->tolerance)) fail(v, r, "the tolerances have nothing for this buffer");
+    for (int octave = 0, bin = 0; octave < NPH_OCTAVES; octave++) {
+        bin += octave > bins[bin];
+        row->histogram[bin] += gap->octaves[octave];
     }
-}
-
-/* Identities of a queue's items, each counted once as a cell: those that only one side has differ. */
-static NphStatus compare_queue(Verify *v, NphVerifyRow *row, const NphManifestLaunch *launch, const NphArray *a, const NphArray *b,
-                               const NphArray *ours, const NphArray *theirs) {
-    const NphArray *queue[2] = {a, b}, *ids[2] = {ours, theirs};
-    int64_t most = -1;
-    unsigned char *seen = NULL;
-    for (int64_t i = 0; i < nph_array_count(ours); i++) most = value_at(ours, i) > (double)most ? (int64_t)value_at(ours, i) : most;
-    NPH_TRY(NPH_NEW(v->context, most + 2, "items of a queue", &seen));
-    for (int s = 0; s < 2; s++)
-        for (int64_t i = 0; i < nph_array_count(queue[s]); i++) {
-            double at = value_at(queue[s], i);
-            int within = at >= 0.0 && at < (double)nph_array_count(ids[s]);
-            double id = within ? value_at(ids[s], (int64_t)at) : -1.0;
-            if (id >= 0.0 && id <= (double)most) seen[(int64_t)id] |= (unsigned char)(1 << s);
-            else row->beyond++; /* a position that no item has, or an item that the reference has not */
-        }
-    for (int64_t id = 0; id <= most; id++) {
-        if (!seen[id]) continue;
-        row->cells++;
-        row->histogram[seen[id] == 3 ? 0 : bin_of(1.0)]++;
-        if (seen[id] == 3) continue;
-        if (row->beyond++ == 0)
-            row->worst = (NphVerifyCell){launch->batch, launch->number, 1, {id}, seen[id] & 1, seen[id] >> 1, 1.0, 1.0, 1.0};
+    row->cells += gap->cells;
+    row->beyond += gap->beyond;
+    row->items += gap->items;
+    row->turned += gap->turned;
+    if (gap->ulp > row->worst.ulp) keep_worst(row, v->launch, gap);
+    int64_t untypical = 0;
+    for (int64_t i = 0; i < gap->gap_count; i++) untypical += gap->gap[i] > row->tolerance.typical;
+    row->untypical += untypical;
+    if (gap->turned > 0) put(v, &v->found[r].turned);
+    if (untypical > 0) put(v, &v->found[r].untypical);
+    double chance = row->tolerance.flips * (double)gap->items;
+    if ((double)gap->turned > chance + (chance > 0.0)) {
+        row->failed = 1;
+        put(v, &v->found[r].failed);
     }
-    nph_free(v->context, seen);
     return NPH_OK;
 }
 
-/* Shapes agree but for the number of items of buffers that have an identity. */
-static int shapes_fit(const NphArray *a, const NphArray *b, int free_last) {
-    if (a->rank != b->rank || is_real(a) != is_real(b)) return 0;
-    for (int axis = 0; axis < a->rank - free_last; axis++)
-        if (a->shape[axis] != b->shape[axis]) return 0;
-    return 1;
-}
-
-static void shape_text(const NphArray *array, char text[96]) {
-    size_t used = (size_t)snprintf(text, 96, "%s [", nph_type_name(array->type));
-    for (int a = 0; a < array->rank && used < 80; a++)
-        used += (size_t)snprintf(text + used, 96 - used, "%s%lld", a ? ", " : "", (long long)array->shape[a]);
-    snprintf(text + used, 96 - used, "]");
-}
-
-/* How many items the candidate has that the reference has not. */
-static int64_t surplus(const NphArray *a, const NphArray *b, const int64_t *place) {
-    int64_t length = a->rank ? a->shape[a->rank - 1] : 1, matched = 0;
-    for (int64_t i = 0; i < length; i++) matched += place[i] != NO_ITEM;
-    return (b->rank ? b->shape[b->rank - 1] : 1) - matched;
-}
-
-static NphStatus compare_buffer(Verify *v, const NphManifestLaunch *launch, const NphBuffer *buffer, const Side *ours, const Side *theirs) {
-    const NphArray *a = output_of(ours, buffer->name), *b = output_of(theirs, buffer->name);
-    const NphArray *id_a = buffer->identity ? buffer_of(ours, buffer->identity) : NULL;
-    const NphArray *id_b = buffer->identity ? buffer_of(theirs, buffer->identity) : NULL;
-    int known = id_a && id_b && (buffer->queue || (a->rank > 0 && nph_array_count(id_a) == a->shape[a->rank - 1]));
-    NphVerifyRow *row = NULL;
-    int64_t *place = NULL;
-    NPH_TRY(row_of(v, launch->stage, buffer->name, &row));
-    row->launches++;
-    int64_t cells = row->cells, beyond = row->beyond;
-    if (!b || !shapes_fit(a, b, known)) {
-        char expected[96], found[96] = "missing";
-        shape_text(a, expected);
-        if (b) shape_text(b, found);
-        if (!row->problem[0])
-            snprintf(row->problem, sizeof row->problem, "batch %lld launch %lld: %s, expected %s", (long long)launch->batch,
-                     (long long)launch->number, found, expected);
-        fail(v, row, launch);
+/* What the reference makes of the candidate's inputs, which go with it. made: 0 where they are too few for the stage. */
+static NphStatus run_again(Verify *v, const NphManifestLaunch *launch, const NphManifestLaunch *ours, const NphSide *candidate,
+                           NphSide *side, int *made) {
+    int64_t arguments[NPH_MAX_ARGUMENTS] = {0};
+    const char *missing = NULL;
+    int row;
+    arguments_of(v, ours, arguments);
+    arguments_of(v, launch, arguments);
+    const NphNamedArray *inputs = candidate->buffers + candidate->outputs;
+    int count = candidate->count - candidate->outputs;
+    NPH_TRY(nph_stages_missing(v->stages, ours->stage, arguments, count, inputs, &missing));
+    *made = missing == NULL;
+    if (missing) {
+        NPH_TRY(row_of(v, launch->stage, missing, &row));
+        fail(v, row, "is not among the inputs, which the stage reads");
         return NPH_OK;
     }
-    NphStatus status = NPH_OK;
-    if (known && buffer->queue) status = compare_queue(v, row, launch, a, b, id_a, id_b);
-    else {
-        if (known) status = match(v, id_a, id_b, &place);
-        if (status == NPH_OK) compare_cells(v, row, launch, a, b, place);
-        if (status == NPH_OK && place) row->beyond += surplus(a, b, place);
-        nph_free(v->context, place);
-    }
-    if (status != NPH_OK) return status;
-    cells = row->cells - cells;
-    beyond = row->beyond - beyond;
-    double allowed = is_real(a) ? 0.0 : v->options->flips * (double)cells;
-    if ((double)beyond > allowed) fail(v, row, launch);
-    return NPH_OK;
+    NPH_TRY(nph_stages_run(v->stages, ours->stage, arguments, count, inputs, &side->count, side->buffers));
+    side->outputs = side->count;
+    v->result->run_again++;
+    return read_files(v, &v->candidate, launch->input_count, launch->inputs, 1, side);
 }
 
 static NphStatus compare_launch(Verify *v, const NphManifestLaunch *theirs, const NphManifestLaunch *ours) {
-    Side reference = {0}, candidate = {0};
-    int again = v->stages && !v->options->whole_run && theirs->input_count > 0;
+    NphSide reference = {0}, candidate = {0};
+    NphCellWatch watch = {v, limit_of, take};
+    int again = v->stages && !v->options->whole_run && theirs->input_count > 0, made = 1;
+    v->launch = ours;
+    v->theirs = &candidate;
     NphStatus status = read_side(v, &v->candidate, theirs, &candidate);
     if (status == NPH_OK)
-        status = again ? run_again(v, theirs, ours, &candidate, &reference) : read_side(v, &v->reference, ours, &reference);
-    for (int o = 0; o < reference.outputs && status == NPH_OK; o++) {
-        int buffer = nph_buffer_find(v->method, reference.buffers[o].name);
-        if (buffer >= 0) status = compare_buffer(v, ours, &v->method->buffers[buffer], &reference, &candidate);
-    }
+        status = again ? run_again(v, theirs, ours, &candidate, &reference, &made) : read_side(v, &v->reference, ours, &reference);
+    if (status == NPH_OK && made)
+        status = nph_compare_sides(v->context, v->method, v->reference.precision, &reference, &candidate, &watch);
     v->result->launches++;
-    free_side(v->context, &reference);
-    free_side(v->context, &candidate);
+    v->theirs = NULL;
+    nph_side_free(v->context, &reference);
+    nph_side_free(v->context, &candidate);
     return status;
 }
 
 static NphStatus compare_launches(Verify *v) {
     for (int l = 0; l < v->candidate.launch_count; l++) {
         const NphManifestLaunch *theirs = &v->candidate.launches[l], *ours = nph_manifest_find(&v->reference, theirs->batch, theirs->number);
-        NphVerifyRow *row = NULL;
+        char problem[160];
+        int row;
         if (ours && strcmp(ours->stage, theirs->stage) == 0) {
             NPH_TRY(compare_launch(v, theirs, ours));
             continue;
@@ -325,17 +264,38 @@ static NphStatus compare_launches(Verify *v) {
             NPH_TRY(compare_launch(v, theirs, theirs));
             continue;
         }
+        v->launch = theirs;
         NPH_TRY(row_of(v, theirs->stage, "", &row));
-        if (!row->problem[0])
-            snprintf(row->problem, sizeof row->problem, "batch %lld launch %lld: the reference has %s there", (long long)theirs->batch,
-                     (long long)theirs->number, ours ? ours->stage : "no launch");
-        fail(v, row, theirs);
+        snprintf(problem, sizeof problem, "the reference has %.120s there", ours ? ours->stage : "no launch");
+        fail(v, row, problem);
     }
     for (int l = 0; l < v->reference.launch_count; l++) {
         const NphManifestLaunch *ours = &v->reference.launches[l];
         v->result->left_out += !nph_manifest_find(&v->candidate, ours->batch, ours->number);
     }
     return NPH_OK;
+}
+
+/* Rows with more items turned over than their part of all fail too; then which was the first. */
+static void conclude(Verify *v) {
+    NphVerification *result = v->result;
+    int64_t first = -1;
+    for (int r = 0; r < result->row_count; r++) {
+        NphVerifyRow *row = &result->rows[r];
+        Found *found = &v->found[r];
+        double decided = row->tolerance.cause[0] && row->tolerance.ulp <= 0.0; /* one decision on the edge is always possible */
+        int turned = (double)row->turned > row->tolerance.flips * (double)row->items + decided;
+        int untypical = (double)row->untypical > row->tolerance.tail * (double)row->items + 1.0;
+        row->failed |= turned || untypical;
+        if (!row->failed) continue;
+        const Place *place = found->failed.sequence >= 0 ? &found->failed : turned ? &found->turned : &found->untypical;
+        result->failed = 1;
+        if (first >= 0 && place->sequence >= first) continue;
+        first = place->sequence;
+        result->first = r;
+        result->first_batch = place->batch;
+        result->first_number = place->number;
+    }
 }
 
 static NphStatus open_stages(Verify *v) {
@@ -350,6 +310,22 @@ static NphStatus open_stages(Verify *v) {
     return nph_stages_open(v->context, v->options->scene, &options, &v->stages);
 }
 
+/* Tolerances are of one method, precision and scene. */
+static NphStatus check_tolerances(const Verify *v) {
+    const NphTolerances *t = v->options->tolerances;
+    const char *interface = v->options->interface;
+    int known = !interface;
+    if (!t) return NPH_OK;
+    if (strcmp(t->method, v->reference.method) != 0 || t->precision != v->reference.precision)
+        return nph_error(v->context, NPH_BAD_INPUT, "the tolerances are of method %s in f%d, the dump %s is of %s in f%d", t->method,
+                         t->precision, v->reference.folder, v->reference.method, v->reference.precision);
+    if (v->reference.scene_digest && strcmp(t->scene_digest, v->reference.scene_digest) != 0)
+        return nph_error(v->context, NPH_BAD_INPUT, "the tolerances were measured on another scene than that of the dump %s: digest %s, "
+                         "expected %s", v->reference.folder, t->scene_digest, v->reference.scene_digest);
+    for (int i = 0; i < t->count && !known; i++) known = strcmp(t->rows[i].cause, interface) == 0;
+    return known ? NPH_OK : nph_error(v->context, NPH_BAD_USAGE, "the tolerances know no interface %s", interface);
+}
+
 NphStatus nph_verify(NphContext *context, const char *reference, const char *candidate, const NphVerifyOptions *options,
                      NphVerification *result) {
     NphVerification made = {.first = -1};
@@ -360,8 +336,11 @@ NphStatus nph_verify(NphContext *context, const char *reference, const char *can
     if (status == NPH_OK && strcmp(v.reference.method, v.candidate.method) != 0)
         status = nph_error(context, NPH_BAD_INPUT, "%s is a dump of method %s, %s of %s", reference, v.reference.method, candidate,
                            v.candidate.method);
+    if (status == NPH_OK) status = check_tolerances(&v);
     if (status == NPH_OK) status = open_stages(&v);
     if (status == NPH_OK) status = compare_launches(&v);
+    if (status == NPH_OK) conclude(&v);
+    nph_free(context, v.found);
     nph_stages_close(v.stages);
     nph_manifest_free(context, &v.reference);
     nph_manifest_free(context, &v.candidate);
@@ -383,11 +362,6 @@ NphStatus nph_dump_scene_name(NphContext *context, const char *folder, char *nam
     nph_manifest_free(context, &manifest);
     return fits ? NPH_OK : nph_error(context, NPH_BAD_INPUT, "%s: its manifest names no scene", folder);
 }
-
-struct NphDumpRun {
-    NphManifest manifest;
-    NphRenderOptions options;
-};
 
 NphStatus nph_dump_run(NphContext *context, const char *folder, NphDumpRun **run) {
     NphDumpRun *made = NULL;
@@ -416,15 +390,22 @@ static const char *lasting_name(const NphStages *stages, const char *name) {
     return NULL;
 }
 
-static NphStatus take_inputs(NphContext *context, const NphManifest *manifest, const NphManifestLaunch *launch, const NphStages *stages,
-                             NphNamedArray *inputs, int *count) {
-    for (int i = 0; i < launch->input_count && i < NPH_MAX_BUFFERS; i++) {
+NphStatus nph_launch_inputs(NphContext *context, const NphManifest *manifest, const NphManifestLaunch *launch, const NphStages *stages,
+                            int64_t *arguments, NphNamedArray *inputs, int *count) {
+    NphStatus status = NPH_OK;
+    *count = 0;
+    for (int a = 0; a < nph_stages_argument_count(stages); a++)
+        for (int i = 0; i < launch->argument_count; i++)
+            if (strcmp(launch->argument_names[i], nph_stages_argument(stages, a)) == 0) arguments[a] = launch->arguments[i];
+    for (int i = 0; i < launch->input_count && i < NPH_MAX_BUFFERS && status == NPH_OK; i++) {
         const char *name = lasting_name(stages, launch->inputs[i].buffer);
-        if (!name) return nph_error(context, NPH_BAD_INPUT, "%smanifest.json: there is no buffer %s", manifest->folder, launch->inputs[i].buffer);
-        NPH_TRY(nph_manifest_array(context, manifest, launch->inputs[i].file, &inputs[*count].array));
-        inputs[(*count)++].name = name;
+        status = name ? nph_manifest_array(context, manifest, launch->inputs[i].file, &inputs[*count].array)
+                      : nph_error(context, NPH_BAD_INPUT, "%smanifest.json: there is no buffer %s", manifest->folder, launch->inputs[i].buffer);
+        if (status == NPH_OK) inputs[(*count)++].name = name;
     }
-    return NPH_OK;
+    for (int i = 0; i < *count && status != NPH_OK; i++) nph_array_free(context, &inputs[i].array);
+    if (status != NPH_OK) *count = 0;
+    return status;
 }
 
 NphStatus nph_dump_inputs(NphContext *context, const char *folder, int64_t batch, int64_t number, const NphStages *stages,
@@ -437,12 +418,7 @@ NphStatus nph_dump_inputs(NphContext *context, const char *folder, int64_t batch
     if (!launch || strcmp(launch->stage, stage) != 0)
         status = nph_error(context, NPH_BAD_INPUT, "%s: launch %lld of batch %lld is %s, not %s", folder, (long long)number, (long long)batch,
                            launch ? launch->stage : "not there", stage);
-    for (int a = 0; a < nph_stages_argument_count(stages) && status == NPH_OK; a++)
-        for (int i = 0; i < launch->argument_count; i++)
-            if (strcmp(launch->argument_names[i], nph_stages_argument(stages, a)) == 0) arguments[a] = launch->arguments[i];
-    if (status == NPH_OK) status = take_inputs(context, &manifest, launch, stages, inputs, count);
-    for (int i = 0; i < *count && status != NPH_OK; i++) nph_array_free(context, &inputs[i].array);
-    if (status != NPH_OK) *count = 0;
+    if (status == NPH_OK) status = nph_launch_inputs(context, &manifest, launch, stages, arguments, inputs, count);
     nph_manifest_free(context, &manifest);
     return status;
 }

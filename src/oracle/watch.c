@@ -14,7 +14,7 @@ typedef struct Watcher {
     NphContext *context;
     const NphMethod *method;
     const NphWatch *watch;
-    char *written; /* by worker: something was, in the batch under way */
+    char *written, *held; /* by worker: something was written in the batch under way; since the last launch */
 } Watcher;
 
 struct NphWatched {
@@ -27,8 +27,9 @@ struct NphWatched {
 static NphStatus before(void *user, void *state, int worker, const NphLaunch *launch) {
     Watcher *w = user;
     NphWatched watched = {w, state, worker, launch};
-    if (launch->number == 0) w->written[worker] = 0;
+    if (launch->number == 0) w->written[worker] = w->held[worker] = 0;
     if (w->watch->before) NPH_TRY(w->watch->before(w->watch->user, &watched));
+    w->held[worker] = 0;
     return w->written[worker] ? w->method->check(state, worker, launch) : NPH_OK;
 }
 
@@ -44,7 +45,8 @@ NphStatus nph_render_watched(NphContext *context, const NphScene *scene, const N
     NphJob job;
     NPH_TRY(nph_job_make(context, scene, options, &watcher.method, &job));
     NPH_TRY(nph_stages_supported(context, watcher.method));
-    NPH_TRY(NPH_NEW(context, nph_context_threads(context), "marks of workers", &watcher.written));
+    NPH_TRY(NPH_NEW(context, 2 * nph_context_threads(context), "marks of workers", &watcher.written));
+    watcher.held = watcher.written + nph_context_threads(context);
     NphTap tap = {&watcher, before, after};
     NphStatus status = nph_render_tapped(context, scene, options, &tap, film, statistics);
     nph_free(context, watcher.written);
@@ -72,7 +74,10 @@ NphStatus nph_watched_read(NphWatched *watched, const char *name, NphArray *arra
 
 NphStatus nph_watched_write(NphWatched *watched, const char *name, const NphArray *array) {
     int buffer;
+    Watcher *w = watched->watcher;
+    int worker = watched->worker;
     NPH_TRY(find(watched, name, &buffer));
-    watched->watcher->written[watched->worker] = 1;
-    return nph_buffer_place(watched->watcher->context, watched->watcher->method, watched->state, watched->worker, buffer, array);
+    if (!w->held[worker] && w->method->hold) w->method->hold(watched->state, worker);
+    w->written[worker] = w->held[worker] = 1;
+    return nph_buffer_place(w->context, w->method, watched->state, worker, buffer, array);
 }

@@ -25,6 +25,9 @@ typedef struct NphJob {
     const NphTap *tap;           /* NULL: nobody looks */
 } NphJob;
 
+/* Takes numbers that a port needs beside the buffers; medium: of the scene, or -1. */
+typedef void (*NphFactFn)(void *user, int medium, const char *name, int count, const double *values);
+
 typedef struct NphMethod {
     const char *name, *summary;
     const NphKnob *knobs;
@@ -48,7 +51,7 @@ typedef struct NphMethod {
     NphStatus (*replay)(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user);
     /* Stages alone, in a worker's memory. NULL, and no arguments: the method cannot be looked into. To run one: begin_launch,
      * then for every buffer that it reads, in the order of the table, extend and view, and the input is copied; then check, launch,
-     * and view what it writes. */
+     * and view what it writes. Batches of a chunk of samples: its tiles; with shares_samples each sample, then the tiles. */
     const char *const *arguments; /* what tells the launches of a stage apart: "tile", "light" */
     int argument_count;
     NphStatus (*begin_launch)(void *state, int worker, NphFilm *film, const NphLaunch *launch);
@@ -56,9 +59,14 @@ typedef struct NphMethod {
     NphStatus (*extend)(void *state, int worker, int buffer, const int64_t *shape);
     /* Where the buffer lies and how large it is now; 0 where this scene has none. */
     int (*view)(void *state, int worker, int buffer, NphView *view);
-    /* NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would be taken for places in memory. */
+    /* In a run: from now to the next check buffers are changed through their views. NULL: nothing needs to be done. */
+    void (*hold)(void *state, int worker);
+    /* What has been placed becomes the run's. NPH_BAD_INPUT: what the launch reads has values that no run could have, and that would
+     * be taken for places in memory. */
     NphStatus (*check)(void *state, int worker, const NphLaunch *launch);
-    void (*launch)(void *state, int worker, const NphLaunch *launch);
+    NphStatus (*launch)(void *state, int worker, const NphLaunch *launch); /* NPH_NO_MEMORY, or it cannot fail */
+    /* Tells what kernels know of the scene, in the run's precision: first of the whole, then medium by medium. */
+    NphStatus (*facts)(const NphJob *job, NphFactFn fact, void *user);
 } NphMethod;
 
 #endif

@@ -51,7 +51,13 @@ typedef struct NphView {
     int64_t stride;
 } NphView;
 
+/* The first value of a view that is not finite, or of integers not from least to most; -1: none. */
+int64_t nph_view_wrong(const NphView *view, int64_t least, int64_t most);
+
 enum { NPH_MAX_ARGUMENTS = 8 };
+
+/* The batch of what is launched once, before all others; its launches stand each for itself. */
+enum { NPH_BATCH_OF_SCENE = -1 };
 
 /* One launch of a stage: `batch` and `number` in it name it, whatever the thread. */
 typedef struct NphLaunch {

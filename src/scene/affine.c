@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/fmath.h"
-#include "scene/scene_read.h"
+#include "scene/model.h"
 
 void nph_affine_identity(double out[12]) {
     for (int i = 0; i < 12; i++) out[i] = i % 5 == 0;
@@ -61,81 +61,4 @@ void nph_vector_cross(const double a[3], const double b[3], double out[3]) {
     out[0] = x;
     out[1] = y;
     out[2] = z;
-}
-
-static void grow(double lo[3], double hi[3], int axis, double value) {
-    if (value < lo[axis]) lo[axis] = value;
-    if (value > hi[axis]) hi[axis] = value;
-}
-
-static void grow_by_box(const double map[12], const double low[3], const double high[3], double lo[3], double hi[3]) {
-    for (int corner = 0; corner < 8; corner++) {
-        double x = corner & 1 ? high[0] : low[0], y = corner & 2 ? high[1] : low[1], z = corner & 4 ? high[2] : low[2];
-        for (int axis = 0; axis < 3; axis++)
-            grow(lo, hi, axis, map[axis * 4] * x + map[axis * 4 + 1] * y + map[axis * 4 + 2] * z + map[axis * 4 + 3]);
-    }
-}
-
-void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]) {
-    const double *map = medium->world_from_medium;
-    const double *low = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo : medium->lo;
-    const double *high = medium->shape == NPH_SHAPE_GRID ? medium->grid.hi : medium->hi;
-    for (int axis = 0; axis < 3; axis++) {
-        lo[axis] = medium->shape == NPH_SHAPE_LAYER ? -HUGE_VAL : HUGE_VAL;
-        hi[axis] = -lo[axis];
-    }
-    if (medium->shape == NPH_SHAPE_LAYER) {
-        lo[2] = HUGE_VAL;
-        hi[2] = -HUGE_VAL;
-        grow(lo, hi, 2, map[10] * low[2] + map[11]);
-        grow(lo, hi, 2, map[10] * high[2] + map[11]);
-        return;
-    }
-    grow_by_box(map, low, high, lo, hi);
-}
-
-int nph_emission_bounds(const NphMedium *medium, double lo[3], double hi[3]) {
-    const NphEmission *emission = &medium->emission;
-    if (emission->kind != NPH_EMISSION_GRID) return 0;
-    for (int axis = 0; axis < 3; axis++) {
-        lo[axis] = HUGE_VAL;
-        hi[axis] = -HUGE_VAL;
-    }
-    grow_by_box(emission->world_from_grid, emission->grids[0].lo, emission->grids[0].hi, lo, hi);
-    return 1;
-}
-
-void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]) {
-    for (int axis = 0; axis < 3; axis++) {
-        lo[axis] = HUGE_VAL;
-        hi[axis] = -HUGE_VAL;
-    }
-    for (int m = 0; m < scene->medium_count; m++) {
-        double low[3], high[3];
-        nph_medium_bounds(&scene->media[m], low, high);
-        for (int axis = scene->media[m].shape == NPH_SHAPE_LAYER ? 2 : 0; axis < 3; axis++) {
-            grow(lo, hi, axis, low[axis]);
-            grow(lo, hi, axis, high[axis]);
-        }
-        int emits = nph_emission_bounds(&scene->media[m], low, high);
-        for (int axis = 0; axis < 3 && emits; axis++) {
-            grow(lo, hi, axis, low[axis]);
-            grow(lo, hi, axis, high[axis]);
-        }
-    }
-    for (int s = 0; s < scene->surface_count; s++) {
-        const NphSurface *surface = &scene->surfaces[s];
-        if (surface->is_plane) grow(lo, hi, 2, surface->height_m);
-        for (int64_t i = 0; i < 3 * (int64_t)surface->mesh.vertex_count; i++)
-            grow(lo, hi, (int)(i % 3), surface->mesh.vertices_m[i]);
-    }
-}
-
-void nph_scene_origin(const NphScene *scene, double origin[3]) {
-    double lo[3], hi[3];
-    nph_scene_bounds(scene, lo, hi);
-    for (int axis = 0; axis < 3; axis++)
-        origin[axis] = lo[axis] <= hi[axis] ? 0.5 * lo[axis] + 0.5 * hi[axis] : scene->sensor.position[axis];
-    for (int axis = 0; axis < 2; axis++)
-        if (scene->period.on[axis]) origin[axis] = 0.5 * scene->period.lo[axis] + 0.5 * scene->period.hi[axis];
 }

@@ -123,4 +123,7 @@ void nph_affine_identity(double out[12]);
 void nph_affine_multiply(const double a[12], const double b[12], double out[12]);
 int nph_affine_invert(const double a[12], double out[12]);
 
+int nph_vector_normalise(const double vector[3], double unit[3]); /* 0 for length 0 */
+void nph_vector_cross(const double a[3], const double b[3], double out[3]);
+
 #endif

@@ -11,32 +11,6 @@
 #include "io/file.h"
 #include "scene/scene_read.h"
 
-static void free_scene_parts(NphContext *context, NphScene *scene) {
-    for (int i = 0; i < scene->medium_count; i++) {
-        nph_free(context, scene->media[i].name);
-        nph_free(context, scene->media[i].unmodelled);
-        nph_grid_free(context, &scene->media[i].grid);
-        nph_emission_free(context, &scene->media[i].emission);
-        nph_phase_free(context, &scene->media[i].phase);
-    }
-    for (int i = 0; i < scene->light_count; i++) {
-        nph_free(context, scene->lights[i].name);
-        nph_environment_free(context, &scene->lights[i].map);
-    }
-    for (int i = 0; i < scene->surface_count; i++) {
-        nph_free(context, scene->surfaces[i].name);
-        nph_mesh_free(context, &scene->surfaces[i].mesh);
-    }
-    nph_bvh_free(context, &scene->bvh);
-    nph_free(context, scene->name);
-}
-
-void nph_scene_free(NphContext *context, NphScene *scene) {
-    if (!scene) return;
-    free_scene_parts(context, scene);
-    nph_free(context, scene);
-}
-
 static void read_render(NphSceneReader *reader, const NphSceneValue *value) {
     NphSceneSection render;
     const NphSceneValue *samples, *seed;

@@ -146,10 +146,6 @@ NphStatus nph_scene_load_meshes(NphSceneReader *reader);
 NphStatus nph_scene_build_surfaces(NphContext *context, NphScene *scene);
 NphStatus nph_scene_load_volume(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphGrid *grid);
 
-/* affine.c */
-int nph_vector_normalise(const double vector[3], double unit[3]); /* 0 for length 0 */
-void nph_vector_cross(const double a[3], const double b[3], double out[3]);
-
 /* scene_digest.c */
 NphStatus nph_scene_digest(NphContext *context, NphScene *scene);
 

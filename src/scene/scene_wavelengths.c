@@ -33,11 +33,3 @@ void nph_scene_check_map(NphSceneReader *reader, const NphSceneFile *file, const
         return;
     }
 }
-
-void nph_scene_channels(const NphScene *scene, int group, const double rgb[3], const double *spectrum, double out[3]) {
-    for (int c = 0; c < 3; c++) {
-        int repeated;
-        out[c] = nph_scene_is_spectral(scene) ? spectrum[nph_wavelength_of(scene->wavelength_count, group, c, &repeated)]
-                                              : rgb[c];
-    }
-}

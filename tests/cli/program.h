@@ -94,6 +94,16 @@ static inline const Ran *program_run(const char *const *arguments) { return prog
                       run_->out, run_->err);                                                               \
     } while (0)
 
+/* nephos-altered is there; else the case is skipped. */
+static inline int has_altered(void) {
+#ifdef NPH_HAVE_BUGGED
+    return 1;
+#else
+    nph_test_skip("nephos-altered (built without it, -Dbugs=false)");
+    return 0;
+#endif
+}
+
 static inline void write_text(const char *path, const char *text) {
     FILE *file = fopen(path, "wb");
     ck_assert_ptr_nonnull(file);

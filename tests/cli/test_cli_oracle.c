@@ -4,7 +4,7 @@
 #include "cli/program.h"
 #include "oracle/manifest.h"
 
-static char reference[600], mine[600], tracked[600];
+static char reference[600], mine[600], tracked[600], tolerances[700];
 
 /* Where the commands of the page would be typed. */
 static void enter_root(void) {
@@ -40,19 +40,19 @@ static int run_numpy(const char *mistake) {
     return system(command);
 }
 
-/* What stands in `tracked` against launch 1 of batch 5. */
-static void check_that_stage_wrote_the_dumps(const char *buffer) {
+/* What stands in `tracked` against a launch of the dump. */
+static void check_that_stage_wrote_the_dumps(const char *buffer, int64_t batch, int64_t number, const char *where) {
     char path[700];
     NphContext *context = nph_test_context(1);
     NphManifest manifest;
     NphArray ours, dumped;
     ck_assert_int_eq(nph_manifest_read(context, reference, &manifest), NPH_OK);
-    const NphManifestLaunch *launch = nph_manifest_find(&manifest, 5, 1);
+    const NphManifestLaunch *launch = nph_manifest_find(&manifest, batch, number);
     ck_assert_ptr_nonnull(launch);
     int o = 0;
     while (o < launch->output_count && strcmp(launch->outputs[o].buffer, buffer) != 0) o++;
     ck_assert_int_lt(o, launch->output_count);
-    ck_assert_ptr_nonnull(strstr(launch->outputs[o].file, "000005.npys@"));
+    ck_assert_ptr_nonnull(strstr(launch->outputs[o].file, where));
     ck_assert_int_eq(nph_manifest_array(context, &manifest, launch->outputs[o].file, &dumped), NPH_OK);
     snprintf(path, sizeof path, "%s/%s.npy", tracked, buffer);
     ck_assert_int_eq(nph_array_read_npy(context, path, &ours), NPH_OK);
@@ -65,6 +65,7 @@ static void check_that_stage_wrote_the_dumps(const char *buffer) {
 }
 
 START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
+    if (!has_altered()) return;
     char path[700];
     enter_root();
     RUN_EXPECT(0, DUMP);
@@ -79,7 +80,7 @@ START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
     ck_assert_int_eq(run->status, 0);
     ck_assert_ptr_nonnull(strstr(run->out, "path.track"));
     RUN_EXPECT(0, "stage", "path.track", "--from", reference, "--launch", "5:1", "-o", tracked);
-    check_that_stage_wrote_the_dumps("path.distance");
+    check_that_stage_wrote_the_dumps("path.distance", 5, 1, "000005.npys@");
     snprintf(path, sizeof path, "path.ray=%s/path.distance.npy", tracked);
     run = program_run((const char *const[]){"stage", "path.track", "--from", reference, "--launch", "5:1", "--in", path, "-o", tracked, NULL});
     ck_assert_int_eq(run->status, 4);
@@ -93,6 +94,17 @@ START_TEST(a_dump_is_verified_and_its_stages_run_alone) {
 }
 END_TEST
 
+START_TEST(majorants_run_alone_on_the_density_of_a_dump) {
+    enter_root();
+    RUN_EXPECT(0, "render", "reference/scenes/smoke.yaml", "-q", "-o", file_of("smoke.exr"), "--spp", "16", "--crop", "192,144,200,152", "--dump",
+               reference, "--dump-select", "stage=path.generate");
+    RUN_EXPECT(0, "stage", "path.majorant", "--from", reference, "--launch", "-1:0", "-q", "-o", tracked);
+    check_that_stage_wrote_the_dumps("path.bound", -1, 0, "scene.npys@");
+    RUN_EXPECT(4, "stage", "path.majorant", "--from", reference, "--launch", "-1:0", "--set", "medium=1", "-o", tracked);
+    remove_folders();
+}
+END_TEST
+
 START_TEST(what_cannot_be_dumped_is_refused) {
     enter_root();
     RUN_EXPECT(6, DUMP, "--dump", reference, "--dump-limit", "1M");
@@ -100,7 +112,9 @@ START_TEST(what_cannot_be_dumped_is_refused) {
     RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3");
     RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3,4");
     RUN_EXPECT(2, DUMP, "--dump-select", "stage=path.track");
-    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "light");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "photonmap");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "light", "--dump-select", "pixel=120,100");
+    RUN_EXPECT(6, DUMP, "--dump", reference, "--method", "light", "--dump-limit", "1M");
     ck_assert(!exists(reference));
     write_text(reference, "a file");
     RUN_EXPECT(5, DUMP, "--dump", reference);
@@ -111,7 +125,30 @@ START_TEST(what_cannot_be_dumped_is_refused) {
 }
 END_TEST
 
+START_TEST(tolerances_are_of_one_scene) {
+    if (!has_altered()) return;
+    char text[400];
+    enter_root();
+    snprintf(tolerances, sizeof tolerances, "%s", file_of("tolerances.json"));
+    RUN_EXPECT(0, "tolerance", "reference/scenes/slab.yaml", "-q", "-o", tolerances);
+    RUN_EXPECT(0, DUMP, "--dump", reference);
+    const Ran *run = program_run((const char *const[]){"verify", reference, reference, "--tolerances", tolerances, NULL});
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "the tolerances were measured on another scene"));
+    snprintf(text, sizeof text, "{\"nephos_tolerances\": 1, \"method\": \"path\", \"scene_digest\": \"0\", \"precision\": \"f32\",\n \"tolerances\": [{}]}\n");
+    write_text(tolerances, text);
+    run = program_run((const char *const[]){"verify", reference, reference, "--tolerances", tolerances, NULL});
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "tolerances.json:2: expected a text: stage"));
+    RUN_EXPECT(2, "tolerance", "reference/scenes/slab.yaml", "--scene", "reference/scenes/slab.yaml");
+    RUN_EXPECT(2, "tolerance", "reference/scenes/slab.yaml", "--method", "nosuch");
+    RUN_EXPECT(5, "tolerance", "reference/scenes/slab.yaml", "-o", "/no/such/folder/t.json");
+    remove_folders();
+}
+END_TEST
+
 START_TEST(the_numpy_client_is_right_and_its_mistake_is_located) {
+    if (!has_altered()) return;
     enter_root();
     if (!python()) {
         nph_test_skip("no Python with NumPy");
@@ -119,9 +156,19 @@ START_TEST(the_numpy_client_is_right_and_its_mistake_is_located) {
     }
     RUN_EXPECT(0, DUMP, "--dump", reference);
     ck_assert_int_eq(run_numpy(""), 0);
-    const Ran *run = program_run((const char *const[]){"verify", reference, mine, "--ulp", "8", NULL});
+    RUN_EXPECT(0, "verify", reference, mine, "--ulp", "8");
+    snprintf(tolerances, sizeof tolerances, "%s/tolerances.json", reference);
+    ck_assert(!exists(tolerances));
+    const Ran *run = program_run((const char *const[]){"verify", reference, mine, NULL});
     ck_assert_msg(run->status == 0, "%s%s", run->out, run->err);
+    ck_assert(exists(tolerances));
+    ck_assert_ptr_nonnull(strstr(run->err, "nephos: measuring tolerances of "));
     ck_assert_ptr_nonnull(strstr(run->out, "passed: 288 launches compared, 288 of them on the candidate's own inputs; 888 of"));
+    run = program_run((const char *const[]){"verify", reference, mine, "--interface", "cuda", NULL});
+    ck_assert_msg(run->status == 0, "%s%s", run->out, run->err);
+    ck_assert_ptr_null(strstr(run->err, "measuring"));
+    RUN_EXPECT(2, "verify", reference, mine, "--interface", "cud");
+    RUN_EXPECT(2, "verify", reference, mine, "--interface", "cuda", "--ulp", "8");
     char command[700];
     snprintf(command, sizeof command, "rm -r '%s'", mine);
     ck_assert_int_eq(system(command), 0);
@@ -140,7 +187,9 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, a_dump_is_verified_and_its_stages_run_alone);
+    tcase_add_test(cases, majorants_run_alone_on_the_density_of_a_dump);
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
+    tcase_add_test(cases, tolerances_are_of_one_scene);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
 }
 

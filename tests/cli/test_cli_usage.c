@@ -3,7 +3,7 @@
  * The command line itself: exit statuses, help, "did you mean", the man page. */
 #include "cli/program.h"
 
-static const char *const commands[] = {"render", "plan", "info", "compare", "merge", "bench"};
+static const char *const commands[] = {"render", "plan", "info", "compare", "merge", "bench", "diagnose"};
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
 START_TEST(the_version_names_vector_level_and_libraries) {

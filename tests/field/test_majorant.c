@@ -4,6 +4,7 @@
  * over all cells, and no lookup above its bound, in either precision, at positions and densities chosen to break it. */
 #include <float.h>
 
+#include "core/memory.h"
 #include "field_fixtures.h"
 
 enum { POSITIONS = 1 << 15 };
@@ -212,7 +213,40 @@ START_TEST(no_lookup_exceeds_its_bound_or_leaves_the_range_of_its_corners) {
 }
 END_TEST
 
+/* Of the samples alone, padding included, whatever lies beyond the lattice; sizes around those of cells and bricks. */
+START_TEST(dense_samples_have_the_majorants_of_their_grid_to_the_bit) {
+    static const int sizes[][3] = {{1, 1, 1}, {3, 6, 7}, {13, 14, 15}, {22, 9, 5}, {30, 31, 17}};
+    NphContext *context = nph_test_context(2);
+    for (int s = 0; s < 5; s++)
+        for (int outside = 0; outside < 2; outside++) {
+            Dots set = {.count = 12};
+            uint64_t state = 7u + (uint64_t)s;
+            for (int i = 0; i < 12; i++)
+                for (int a = 0; a < 3; a++) set.at[i][a] = i == 0 ? sizes[s][a] - 1 : random_below(&state, sizes[s][a]);
+            NphArray array = field_array(context, sizes[s], dots, &set);
+            NphGrid grid = build(context, &array, outside ? NPH_OUTSIDE_CLAMP : NPH_OUTSIDE_ZERO, NPH_LOOKUP_TRILINEAR);
+            NphMajorant made;
+            float *samples = calloc((size_t)nph_grid_dense_count(&grid), sizeof *samples);
+            nph_grid_dense(&grid, samples);
+            for (int k = 0; k < grid.n[2]; k++)
+                for (int j = 0; j < grid.n[1]; j++)
+                    for (int i = 0; i < grid.n[0]; i++)
+                        ck_assert(samples[((int64_t)k * grid.n[1] + j) * grid.n[0] + i] == field_sample(&grid, i, j, k));
+            ck_assert_int_eq(nph_majorant_of_samples(context, grid.n, samples, "samples", &made), NPH_OK);
+            size_t cells = (size_t)grid.majorant.n[0] * (size_t)grid.majorant.n[1] * (size_t)grid.majorant.n[2];
+            ck_assert_mem_eq(made.n, grid.majorant.n, sizeof made.n);
+            ck_assert_mem_eq(made.cells, grid.majorant.cells, cells * sizeof *made.cells);
+            nph_free(context, made.cells);
+            free(samples);
+            nph_grid_free(context, &grid);
+            nph_array_free(context, &array);
+        }
+    nph_test_context_close(context);
+}
+END_TEST
+
 static void fill(TCase *cases) {
+    tcase_add_test(cases, dense_samples_have_the_majorants_of_their_grid_to_the_bit);
     tcase_add_test(cases, bounds_are_the_largest_sample_times_the_factor_and_empty_cells_know_how_far);
     tcase_add_test(cases, no_lookup_exceeds_its_bound_or_leaves_the_range_of_its_corners);
 }

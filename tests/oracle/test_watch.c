@@ -124,6 +124,47 @@ START_TEST(what_cannot_be_is_refused_before_it_is_used) {
 }
 END_TEST
 
+static const char cloud_text[] =
+    "nephos: 1\ncamera: {type: perspective, resolution: [18, 9], position: [-2, -1.5, 1.2], look_at: [0.5, 0.5, 0.5], fov: 40}\n"
+    "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: 20, albedo: 0.9}\n"
+    "lights:\n  - {type: constant, radiance: 0.2}\n";
+
+static NphStatus render_cloud(NphContext *context, const NphWatch *watch, NphRenderStatistics *statistics) {
+    NphRenderOptions options;
+    NphFilm *film = NULL;
+    NphScene *scene = NULL;
+    NphStatus status = nph_scene_parse(context, cloud_text, strlen(cloud_text), "cloud.yaml", nph_test_path("reference/scenes"), &scene);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    nph_render_options_default(&options);
+    options.samples = 16;
+    status = nph_render_watched(context, scene, &options, watch, &film, statistics);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    return status;
+}
+
+/* Twice the bounds: as many tentative collisions more. Half: what every density is compared with. */
+START_TEST(bounds_that_are_written_are_the_ones_that_flights_walk) {
+    NphContext *context = nph_test_context(2);
+    NphRenderStatistics plain, looser, tighter;
+    Watcher w = {.context = context, .stage = "path.majorant", .buffer = "path.bound", .factor = 1.0f};
+    NphWatch watch = {&w, NULL, change};
+    ck_assert_int_eq(render_cloud(context, &watch, &plain), NPH_OK);
+    ck_assert_int_eq(w.seen, 1);
+    w.factor = 0.5f; /* of empty cells, too: nearer ones are skipped to, 0.5 is no number of cells */
+    ck_assert_int_eq(render_cloud(context, &watch, &tighter), NPH_BAD_INPUT);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "is no bound"));
+    w.buffer = "path.density"; /* of which bounds are made that are too low for the density that is looked up */
+    watch = (NphWatch){&w, change, NULL};
+    ck_assert_int_eq(render_cloud(context, &watch, &tighter), NPH_BAD_NUMBER);
+    ck_assert_int_gt(tighter.majorant_violations, 0);
+    w.factor = 2.0f;
+    ck_assert_int_eq(render_cloud(context, &watch, &looser), NPH_OK);
+    ck_assert_int_gt(looser.tentative, plain.tentative + plain.tentative / 2);
+    nph_test_context_close(context);
+}
+END_TEST
+
 static void *run(void *user) {
     Watcher *w = user;
     NphWatch watch = {w, change, NULL};
@@ -157,6 +198,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_run_whose_buffers_are_read_and_put_back_is_the_same_run);
     tcase_add_test(cases, what_is_written_is_what_the_run_goes_on_with);
     tcase_add_test(cases, what_cannot_be_is_refused_before_it_is_used);
+    tcase_add_test(cases, bounds_that_are_written_are_the_ones_that_flights_walk);
     tcase_add_test(cases, two_contexts_in_two_threads_know_nothing_of_each_other);
 }
 

@@ -193,7 +193,7 @@ static inline int r_emit(const RLightScene *light_scene, const RStream *stream, 
     photon->hero = (int)(((uint64_t)words.w1 * (uint64_t)(uint32_t)scene->channels) >> 32);
     photon->order = 0;
     for (int k = 0; k < 3; k++) photon->p[k] = photon->d[k] = R(0.0);
-    photon->own = number == scene->light_count;
+    photon->source = number;
     double share = r_emit_from(light_scene, stream, number, photon, value) / (chance * (double)choice->photons);
     if (!(share > 0.0)) return 0;
     r_wrap_position(&scene->period, photon->p);

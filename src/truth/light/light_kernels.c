@@ -6,13 +6,35 @@
 #define BUILDS(type, name, arguments) type name##_f32_base arguments; type name##_f64_base arguments
 BUILDS(size_t, nph_light_scene_bytes, (void));
 BUILDS(void, nph_light_prepare, (const NphJob *, const NphLightChoice *, const NphEmissionSources *, void *));
-BUILDS(void, nph_light_trace, (const void *, NphLightImage *));
-BUILDS(void, nph_light_see, (const void *, const NphLightImage *, const int *, const int *, void *, NphTally *));
+BUILDS(size_t, nph_light_batch_bytes, (void));
+BUILDS(void, nph_light_layout, (void *, void *, const void *, NphLightBatch **));
+BUILDS(void, nph_light_begin, (NphLightBatch *, int64_t, int64_t));
+BUILDS(void, nph_light_emit, (NphLightBatch *));
+BUILDS(void, nph_light_trace, (NphLightBatch *));
+BUILDS(int, nph_light_unfinished, (const NphLightBatch *));
+BUILDS(void, nph_light_connect, (NphLightBatch *));
+BUILDS(void, nph_light_splat, (const NphLightBatch *, const NphLightImage *));
+BUILDS(void, nph_light_see, (const void *, const double *, const int *, const int *, int64_t, void *, NphTally *));
+BUILDS(int64_t, nph_light_items, (const NphLightBatch *, NphLightStage));
+BUILDS(size_t, nph_light_column_bytes, (void));
+BUILDS(void, nph_light_start, (NphLightBatch *, NphLightPlacing));
+BUILDS(void, nph_light_take, (NphLightBatch *, const char *));
+BUILDS(NphStatus, nph_light_extend, (NphLightBatch *, int, int64_t));
+BUILDS(int, nph_light_view, (NphLightBatch *, int, NphView *));
+BUILDS(NphTally *, nph_light_tally, (NphLightBatch *));
+
+#define TABLE(precision)                                                                                                   \
+    {                                                                                                                      \
+        nph_light_scene_bytes_##precision##_base, nph_light_prepare_##precision##_base,                                    \
+        nph_light_batch_bytes_##precision##_base, nph_light_layout_##precision##_base, nph_light_begin_##precision##_base, \
+        nph_light_emit_##precision##_base, nph_light_trace_##precision##_base, nph_light_unfinished_##precision##_base,    \
+        nph_light_connect_##precision##_base, nph_light_splat_##precision##_base, nph_light_see_##precision##_base,        \
+        nph_light_items_##precision##_base, nph_light_column_bytes_##precision##_base, nph_light_start_##precision##_base, \
+        nph_light_take_##precision##_base, nph_light_extend_##precision##_base, nph_light_view_##precision##_base,         \
+        nph_light_tally_##precision##_base                                                                                 \
+    }
 
 void nph_light_kernels(int precision, NphLightKernels *kernels) {
-    int f32 = precision == 32;
-    kernels->scene_bytes = f32 ? nph_light_scene_bytes_f32_base : nph_light_scene_bytes_f64_base;
-    kernels->prepare = f32 ? nph_light_prepare_f32_base : nph_light_prepare_f64_base;
-    kernels->trace = f32 ? nph_light_trace_f32_base : nph_light_trace_f64_base;
-    kernels->see = f32 ? nph_light_see_f32_base : nph_light_see_f64_base;
+    static const NphLightKernels f32 = TABLE(f32), f64 = TABLE(f64);
+    *kernels = precision == 32 ? f32 : f64;
 }

@@ -357,8 +357,11 @@ NphStatus nph_light_plan(const NphJob *job, NphPlan *plan) {
                          "what the kernels see, cells that emit"));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "light.image", pixels * (uint64_t)(channels + 1) * 8 * NPH_CHUNK,
                          "%d images of the photons, one a sample", NPH_CHUNK));
-    NPH_TRY(nph_plan_add(context, plan, "buffer", "light.sample", threads * (sample_buffer + nph_film_scratch_bytes(channels)),
-                         "a tile's samples and film scratch, one a thread"));
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "light.flight", threads * kernels.batch_bytes(),
+                         "%d photons, %d flights and splats, one batch a thread", NPH_LIGHT_BLOCK, NPH_LIGHT_FLIGHTS));
+    uint64_t traced = nph_light_traced_doubles(channels) * sizeof(double);
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "light.sample", threads * (traced + sample_buffer + nph_film_scratch_bytes(channels)),
+                         "a tile's part of the images, samples and film scratch, one a thread"));
     return nph_plan_add(context, plan, "buffer", "film.node",
                         nph_film_forecast_bytes(scene->sensor.width, scene->sensor.height, crop, channels,
                                                 job->sample_begin, job->sample_end) +

@@ -9,8 +9,8 @@
 #include "transport/camera_lookup.h"
 #include "truth/light/light_1_emit_lookup.h"
 
-void NPH_KERNEL(nph_light_see)(const void *memory, const NphLightImage *images, const int origin[2], const int inside[4],
-                               void *samples, NphTally *tally);
+void NPH_KERNEL(nph_light_see)(const void *memory, const double *traced, const int origin[2], const int inside[4],
+                               int64_t sample, void *samples, NphTally *tally);
 
 typedef struct Seer {
     const RScene *scene;
@@ -89,28 +89,25 @@ static void see_pixel(Seer *seer, int x, int y, uint32_t sample) {
     for (int l = 0; l < scene->light_count; l++) gather(seer, l, &ray);
 }
 
-void NPH_KERNEL(nph_light_see)(const void *memory, const NphLightImage *images, const int origin[2], const int inside[4],
-                               void *samples, NphTally *tally) {
+void NPH_KERNEL(nph_light_see)(const void *memory, const double *traced, const int origin[2], const int inside[4],
+                               int64_t sample, void *samples, NphTally *tally) {
+    enum { PLANE = NPH_TILE_PIXELS * NPH_CHUNK };
     const RLightScene *light = memory;
     const RScene *scene = &light->scene;
     Real *out = samples;
     int channels = scene->film_channels;
     Seer seer = {.scene = scene, .tally = tally};
-    memset(out, 0, sizeof *out * NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK);
+    memset(out, 0, sizeof *out * NPH_SAMPLE_FIELDS * PLANE);
     for (int y = inside[1]; y < inside[3]; y++)
         for (int x = inside[0]; x < inside[2]; x++)
             for (int i = 0; i < NPH_CHUNK; i++) {
-                const NphLightImage *image = &images[i];
-                const int *crop = image->crop;
-                int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
-                int64_t from = (y - crop[1]) * width + x - crop[0];
-                int at = ((y - origin[1]) * NPH_TILE + x - origin[0]) * NPH_CHUNK + i, plane = NPH_TILE_PIXELS * NPH_CHUNK;
-                see_pixel(&seer, x, y, (uint32_t)image->sample);
+                int at = ((y - origin[1]) * NPH_TILE + x - origin[0]) * NPH_CHUNK + i;
+                see_pixel(&seer, x, y, (uint32_t)(sample + i));
                 for (int c = 0; c < 3; c++) {
-                    Real traced = c < channels ? (Real)image->planes[c * pixels + from] : R(0.0);
-                    out[(NPH_SAMPLE_L0 + c) * plane + at] = seer.L[c] + traced;
-                    out[(NPH_SAMPLE_T0 + c) * plane + at] = seer.T[c];
+                    Real arrived = c < channels ? (Real)traced[c * PLANE + at] : R(0.0);
+                    out[(NPH_SAMPLE_L0 + c) * PLANE + at] = seer.L[c] + arrived;
+                    out[(NPH_SAMPLE_T0 + c) * PLANE + at] = seer.T[c];
                 }
-                out[NPH_SAMPLE_ORDER * plane + at] = (Real)image->planes[channels * pixels + from];
+                out[NPH_SAMPLE_ORDER * PLANE + at] = (Real)traced[channels * PLANE + at];
             }
 }

@@ -35,6 +35,7 @@ static const NphKnob knobs[NPH_PATH_KNOBS] = {
 #define VERTICES "path.distance path.medium path.surface path.touch path.colliding path.touching"
 
 static const NphStage stages[NPH_PATH_STAGES] = {
+    {"path.majorant", "largest samples; chessboard distances [Rosenfeld66]", "path.density", "path.bound", {512, 1, 1}, 0},
     {"path.generate", "pinhole, parallel and flux sensors; box filter", "",
      "path.id path.hero path.ray path.weight path.share path.pdf path.origin path.start path.sample", PATHS, 0},
     {"path.gather", "ratio tracking [Novak14]; balance heuristic [Veach95]", RAYS " path.origin path.sample", "path.sample", PATHS, 0},
@@ -56,9 +57,13 @@ static const NphStage stages[NPH_PATH_STAGES] = {
     {"path.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "path.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
-static const char *const arguments[NPH_PATH_ARGUMENTS] = {"tile", "chunk", "vertex", "light"};
+static const char *const arguments[NPH_PATH_ARGUMENTS] = {"tile", "chunk", "vertex", "light", "medium"};
 
 static const NphBuffer buffers[NPH_PATH_BUFFERS] = {
+    [NPH_PATH_DENSITY] = {"path.density", NPH_F32, "[z][y][x]", "file's", "samples of a medium's lattice, padding included", NPH_NEAR,
+                          "a medium is a grid", NULL, 0},
+    [NPH_PATH_BOUND] = {"path.bound", NPH_F32, "[z][y][x]", "file's", "of cells of 4^3 samples: bound of the density, its last 4 bits "
+                        "the mean; where empty, minus how many cells may be skipped", NPH_NEAR, "a medium is a grid", NULL, 0},
     [NPH_PATH_ID] = {"path.id", NPH_I32, "[path]", "1", "which sample: pixel in its tile times 16 and sample in its chunk", NPH_EXACT,
                      NULL, "path.id", 0},
     [NPH_PATH_HERO] = {"path.hero", NPH_I32, "[path]", "1", "channel that decides collisions; three times the group and channel in it",
@@ -111,6 +116,8 @@ typedef struct PathState {
     void *scene;
     int threads;
     PathWorker *workers;
+    NphPathField field; /* of path.majorant, on worker 0 */
+    float *bounds[NPH_MAX_MEDIA]; /* what it made, where somebody looks on: these are walked */
     /* of the pass under way */
     NphFilm *film;
     int64_t begin, end, done, total;
@@ -132,6 +139,8 @@ static void close_path(void *opaque) {
         nph_free(context, state->workers[w].memory);
         nph_free(context, state->workers[w].film_scratch);
     }
+    nph_path_field_free(context, &state->field);
+    for (int m = 0; m < NPH_MAX_MEDIA; m++) nph_free(context, state->bounds[m]);
     nph_free(context, state->workers);
     nph_free(context, state->scene);
     nph_free(context, state);
@@ -248,8 +257,42 @@ static NphStatus run_batch(PathState *state, PathWorker *worker, int64_t tile, i
     return NPH_OK;
 }
 
+static NphStatus run_majorant(PathState *state, NphLaunch *launch, int m) {
+    const NphTap *tap = state->job.tap;
+    const NphMedium *medium = &state->job.scene->media[m];
+    const int32_t *cells = medium->grid.majorant.n;
+    NphStatus status = NPH_OK;
+    launch->arguments[NPH_PATH_OF_MEDIUM] = m;
+    launch->items = (int64_t)cells[0] * cells[1] * cells[2];
+    NPH_TRY(nph_path_field_begin(&state->job, &state->choice, m, &state->field));
+    nph_grid_dense(&medium->grid, state->field.density);
+    NPH_TRY(tap->before(tap->user, state, 0, launch));
+    NPH_LAUNCH(&state->workers[0].counts, NPH_PATH_MAJORANT, launch->items, status = nph_path_field_bound(&state->job, &state->field));
+    if (status == NPH_OK) status = tap->after(tap->user, state, 0, launch);
+    if (status == NPH_OK) status = nph_path_field_check(&state->job, &state->field);
+    if (status != NPH_OK) return status;
+    state->bounds[m] = state->field.majorant.cells;
+    state->field.majorant.cells = NULL;
+    state->kernels.walk_bounds(state->scene, state->choice.transport.groups, m, state->bounds[m]);
+    launch->number++;
+    return NPH_OK;
+}
+
+/* Majorants were made when the grids were read. Where somebody looks on they are made once more, of the samples that are shown, and what
+ * is left when all have looked is what flights walk. */
+static NphStatus run_majorants(PathState *state) {
+    NphLaunch launch = {.stage = NPH_PATH_MAJORANT, .batch = NPH_BATCH_OF_SCENE};
+    for (int m = 0; m < state->job.scene->medium_count && state->job.tap; m++)
+        if (state->choice.transport.used[m] && state->job.scene->media[m].shape == NPH_SHAPE_GRID)
+            NPH_TRY(run_majorant(state, &launch, m));
+    nph_path_field_free(state->job.context, &state->field);
+    return NPH_OK;
+}
+
 static NphStatus begin_launch(void *opaque, int index, NphFilm *film, const NphLaunch *launch) {
     PathState *state = opaque;
+    if (launch->stage == NPH_PATH_MAJORANT)
+        return nph_path_field_begin(&state->job, &state->choice, launch->arguments[NPH_PATH_OF_MEDIUM], &state->field);
     int64_t tile = launch->arguments[NPH_PATH_TILE], chunk = launch->arguments[NPH_PATH_CHUNK];
     int64_t light = launch->arguments[NPH_PATH_LIGHT], vertex = launch->arguments[NPH_PATH_VERTEX];
     state->film = film;
@@ -265,6 +308,7 @@ static NphStatus begin_launch(void *opaque, int index, NphFilm *film, const NphL
 
 static NphStatus extend(void *opaque, int index, int buffer, const int64_t *shape) {
     PathState *state = opaque;
+    if (buffer == NPH_PATH_DENSITY || buffer == NPH_PATH_BOUND) return NPH_OK; /* as large as the medium has them */
     int rank = 1 + (buffers[buffer].shape[1 + strcspn(buffers[buffer].shape + 1, "[")] == '[');
     NphStatus status = state->kernels.extend(state->workers[index].batch, buffer, shape[rank - 1]);
     return status == NPH_OK ? status
@@ -275,23 +319,10 @@ static NphStatus extend(void *opaque, int index, int buffer, const int64_t *shap
 static int view(void *opaque, int index, int buffer, NphView *out) {
     PathState *state = opaque;
     PathWorker *worker = &state->workers[index];
+    if (buffer == NPH_PATH_DENSITY || buffer == NPH_PATH_BOUND) return nph_path_field_view(&state->field, buffer, out);
     if (buffer != NPH_PATH_NODE) return state->kernels.view(worker->batch, buffer, out);
     *out = (NphView){NPH_F64, 2, {nph_film_planes(state->film), NPH_TILE_PIXELS}, worker->film_scratch, NPH_TILE_PIXELS};
     return 1;
-}
-
-/* The first value of a buffer that is not finite, or of integers not from least to most; -1: none. */
-static int64_t first_wrong(const NphView *view, int64_t least, int64_t most) {
-    int64_t rows = view->rank > 1 ? view->shape[0] : 1, length = view->shape[view->rank - 1];
-    for (int64_t i = 0; i < rows * length; i++) {
-        int64_t at = i / length * view->stride + i % length;
-        double value = view->type == NPH_F32   ? (double)((const float *)view->data)[at]
-                       : view->type == NPH_F64 ? ((const double *)view->data)[at]
-                                               : (double)((const int32_t *)view->data)[at];
-        int wrong = view->type == NPH_I32 ? value < (double)least || value > (double)most : !(nph_abs(value) < nph_infinity());
-        if (wrong) return i;
-    }
-    return -1;
 }
 
 /* What indexes something, and where paths are: others' inputs may hold anything. */
@@ -299,6 +330,7 @@ static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
     PathState *state = opaque;
     PathWorker *worker = &state->workers[index];
     const NphStage *stage = &stages[launch->stage];
+    if (launch->stage == NPH_PATH_MAJORANT) return nph_path_field_check(&state->job, &state->field);
     static const int checked[] = {NPH_PATH_ID, NPH_PATH_HERO, NPH_PATH_RAY, NPH_PATH_ORIGIN, NPH_PATH_DISTANCE, NPH_PATH_MEDIUM,
                                   NPH_PATH_SURFACE, NPH_PATH_TOUCH, NPH_PATH_COLLIDING, NPH_PATH_TOUCHING, NPH_PATH_LEAVING};
     int media = 0, paths = state->kernels.count(worker->batch);
@@ -313,7 +345,7 @@ static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
                                                         : paths - 1;
         int64_t least = checked[c] == NPH_PATH_MEDIUM || checked[c] == NPH_PATH_SURFACE ? -1 : 0;
         if (!nph_stage_lists(stage->reads, buffer->name) || !state->kernels.view(worker->batch, checked[c], &seen)) continue;
-        int64_t wrong = first_wrong(&seen, least, most);
+        int64_t wrong = nph_view_wrong(&seen, least, most);
         if (wrong >= 0)
             return nph_error(state->job.context, NPH_BAD_INPUT, "input %s: value %lld is not %s", buffer->name, (long long)wrong,
                              seen.type == NPH_I32 ? "one of this scene and these paths" : "finite");
@@ -321,9 +353,11 @@ static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
     return NPH_OK;
 }
 
-static void launch_alone(void *opaque, int index, const NphLaunch *launch) {
+static NphStatus launch_alone(void *opaque, int index, const NphLaunch *launch) {
     PathState *state = opaque;
+    if (launch->stage == NPH_PATH_MAJORANT) return nph_path_field_bound(&state->job, &state->field);
     launch_stage(state, &state->workers[index], launch);
+    return NPH_OK;
 }
 
 /* A block of the pool: one tile, all chunks of the pass; a request to stop is heard after each chunk. */
@@ -354,7 +388,10 @@ static NphStatus run_path(void *opaque, NphFilm *film, int64_t begin, int64_t en
     state->done = done;
     state->total = total;
     state->tiles_done = 0;
-    if (done == 0) state->started = nph_seconds();
+    if (done == 0) {
+        state->started = nph_seconds();
+        NPH_TRY(run_majorants(state));
+    }
     return nph_pool_run(state->job.context, nph_film_tile_count(film), run_tile, state, NULL);
 }
 
@@ -377,6 +414,19 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
     kernels.prepare(job, &choice, scene);
     double fields[NPH_SAMPLE_FIELDS];
     kernels.replay(scene, (int[2]){x, y}, sample, line, user, fields);
+    nph_free(job->context, scene);
+    return NPH_OK;
+}
+
+static NphStatus facts(const NphJob *job, NphFactFn fact, void *user) {
+    NphPathChoice choice;
+    NphPathKernels kernels;
+    void *scene = NULL;
+    nph_path_choose(job, &choice);
+    nph_path_kernels(NPH_ISA_BASE, job->precision, &kernels);
+    NPH_TRY(nph_alloc(job->context, kernels.scene_bytes(choice.transport.groups), 1, "scene for the kernels", &scene));
+    kernels.prepare(job, &choice, scene);
+    kernels.facts(scene, choice.transport.groups, fact, user);
     nph_free(job->context, scene);
     return NPH_OK;
 }
@@ -405,4 +455,5 @@ const NphMethod nph_path = {
     .view = view,
     .check = check,
     .launch = launch_alone,
+    .facts = facts,
 };

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "transport/camera_lookup.h"
+#include "transport/facts_lookup.h"
 #include "transport/lights_lookup.h"
 #include "transport/prepare_lookup.h"
 #include "truth/path/path_lanes.h"
@@ -17,6 +18,8 @@ int NPH_KERNEL(nph_path_count)(const NphPathBatch *batch);
 void NPH_KERNEL(nph_path_set_vertex)(NphPathBatch *batch, int64_t vertex);
 NphStatus NPH_KERNEL(nph_path_extend)(NphPathBatch *batch, int buffer, int64_t items);
 int NPH_KERNEL(nph_path_view)(NphPathBatch *batch, int buffer, NphView *view);
+void NPH_KERNEL(nph_path_walk_bounds)(void *scene, int groups, int medium, const float *cells);
+void NPH_KERNEL(nph_path_facts)(const void *scene, int groups, NphFactFn fact, void *user);
 const void *NPH_KERNEL(nph_path_samples)(const NphPathBatch *batch);
 const NphTally *NPH_KERNEL(nph_path_tally)(const NphPathBatch *batch);
 
@@ -87,6 +90,24 @@ void NPH_KERNEL(nph_path_prepare)(const NphJob *job, const NphPathChoice *choice
     r_prepare_groups(job->scene, &choice->transport, job->seed, job->frame, groups);
     for (int g = 0; g < choice->transport.groups; g++) prepare_group(job, choice, &groups[g]);
     if (choice->forced) groups[0].forced = choose_oftener(&groups[0]);
+}
+
+void NPH_KERNEL(nph_path_walk_bounds)(void *memory, int groups, int medium, const float *cells) {
+    RScene *scene = memory;
+    for (int g = 0; g < groups; g++)
+        for (int m = 0; m < scene[g].medium_count; m++)
+            if (scene[g].media[m].number == (uint32_t)medium) scene[g].media[m].majorant = cells;
+}
+
+void NPH_KERNEL(nph_path_facts)(const void *memory, int groups, NphFactFn fact, void *user) {
+    const RScene *scene = memory;
+    r_fact(fact, user, "weighed", (Real)scene->weighed);
+    r_fact(fact, user, "split", scene->forced);
+    r_fact(fact, user, "guide", (Real)scene->guide);
+    r_fact(fact, user, "guide_part", scene->guide_part);
+    r_fact(fact, user, "least_light", scene->least_light);
+    r_fact(fact, user, "weight_unit", scene->weight_unit);
+    r_scene_facts(scene, groups, fact, user);
 }
 
 /* Arrays of a batch in the order in which they lie; called once to measure and once to place. */

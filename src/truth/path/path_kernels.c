@@ -16,6 +16,8 @@ BUILDS(const NphTally *, nph_path_tally, (const NphPathBatch *));
 BUILDS(void, nph_path_set_vertex, (NphPathBatch *, int64_t));
 BUILDS(NphStatus, nph_path_extend, (NphPathBatch *, int, int64_t));
 BUILDS(int, nph_path_view, (NphPathBatch *, int, NphView *));
+BUILDS(void, nph_path_walk_bounds, (void *, int, int, const float *));
+BUILDS(void, nph_path_facts, (const void *, int, NphFactFn, void *));
 BUILDS(void, nph_path_replay, (const void *, const int *, int64_t, NphLineFn, void *, double *));
 NPH_KERNEL_DECLARE(void, nph_path_generate, (NphPathBatch *));
 NPH_KERNEL_DECLARE(void, nph_path_track, (NphPathBatch *));
@@ -41,6 +43,8 @@ void nph_path_kernels(NphIsa isa, int precision, NphPathKernels *kernels) {
     kernels->set_vertex = f32 ? nph_path_set_vertex_f32_base : nph_path_set_vertex_f64_base;
     kernels->extend = f32 ? nph_path_extend_f32_base : nph_path_extend_f64_base;
     kernels->view = f32 ? nph_path_view_f32_base : nph_path_view_f64_base;
+    kernels->walk_bounds = f32 ? nph_path_walk_bounds_f32_base : nph_path_walk_bounds_f64_base;
+    kernels->facts = f32 ? nph_path_facts_f32_base : nph_path_facts_f64_base;
     kernels->replay = f32 ? nph_path_replay_f32_base : nph_path_replay_f64_base;
     NPH_KERNEL_PICK(kernels->generate, nph_path_generate, isa, precision);
     NPH_KERNEL_PICK(kernels->track, nph_path_track, isa, precision);

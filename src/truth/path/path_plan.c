@@ -130,6 +130,9 @@ static NphStatus plan_omissions(const NphJob *job, const NphPathChoice *choice, 
                              "those that absorb: flights are weighed instead, no light is sampled at vertices"));
     if (choice->forced)
         NPH_TRY(nph_plan_add(context, plan, "left out", "chance", 0, "whether light from behind passes the medium: the part that does is known"));
+    int grids = 0;
+    for (int m = 0; m < job->scene->medium_count; m++) grids += choice->transport.used[m] && job->scene->media[m].shape == NPH_SHAPE_GRID;
+    if (grids == 0) NPH_TRY(nph_plan_add(context, plan, "left out", "path.majorant", 0, "no medium is a grid"));
     if (!choice->transport.emission)
         NPH_TRY(nph_plan_add(context, plan, "left out", "path.emission", 0, "no medium emits"));
     if (!choice->near)

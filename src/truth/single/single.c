@@ -21,34 +21,27 @@ static const NphKnob knobs[NPH_SINGLE_KNOBS] = {
      "completeness against time", 0.0, 0.0, 1.0},
 };
 
+#define RAYS {NPH_SINGLE_BATCH, 1, 1}
+#define MET "single.surface single.touch"
+
 static const NphStage stages[NPH_SINGLE_STAGES] = {
-    {"single.generate", "camera rays of path", "", "single.ray", {NPH_SINGLE_BATCH, 1, 1}, 0},
-    {"single.march",
-     "single scattering [Kajiya84] [Blinn82]; adaptive product rule",
-     "single.ray",
-     "single.sample",
-     {1, 1, 1},
-     sizeof(int32_t) * NPH_SINGLE_PANELS_MAX},
-    {"single.accumulate",
-     "moments in a dyadic tree [Chan79] [Pebay08]",
-     "single.sample",
-     "film.node",
-     {NPH_TILE_PIXELS, 1, 1},
-     0},
+    {"single.generate", "camera rays of path", "", "single.ray single.sample", RAYS, 0},
+    {"single.meet", "surfaces [Woop13]", "single.ray", MET " single.part", RAYS, 0},
+    {"single.gather", "balance heuristic [Veach95]", "single.ray single.part", "single.part", RAYS, 0},
+    {"single.march", "single scattering [Kajiya84] [Blinn82]; adaptive product rule", "single.ray " MET " single.part",
+     "single.transmittance single.scattered single.part", {1, 1, 1}, sizeof(int32_t) * NPH_SINGLE_PANELS_MAX},
+    {"single.arrive", "single scattering [Kajiya84]; Lambert's cosine", "single.ray " MET " single.transmittance single.part", "single.part",
+     RAYS, 0},
+    {"single.leave", "balance heuristic [Veach95]", "single.ray " MET " single.transmittance single.part", "single.part", RAYS, 0},
+    {"single.fold", "linearity", "single.part single.sample", "single.sample", RAYS, 0},
+    {"single.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "single.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
-static const NphBuffer buffers[] = {
-    {"single.ray", NPH_F64, "[9][ray]", "m, 1",
-     "position and direction, scene-local; distance to the sensor, weight, density", NPH_NEAR, NULL, NULL, 0},
-    {"single.sample", NPH_F64, "[field][ray]", "W/m2/sr, m, 1", "what each ray carries", NPH_NEAR, NULL, NULL, 0},
-    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_STAT, NULL, NULL, 0},
-};
+static const char *const arguments[NPH_SINGLE_ARGUMENTS] = {"tile", "chunk", "group"};
 
 typedef struct SingleWorker {
-    RCameraRay *rays;
-    double *samples;
+    NphSingleBatch batch;
     void *memory, *film_scratch;
-    NphSingleScratch *scratch;
     NphStageCounts counts;
 } SingleWorker;
 
@@ -74,8 +67,9 @@ static void close_single(void *opaque) {
     if (!state) return;
     NphContext *context = state->job.context;
     for (int w = 0; state->workers && w < state->threads; w++) {
-        nph_free(context, state->workers[w].rays);
-        nph_free(context, state->workers[w].samples);
+        nph_free(context, state->workers[w].batch.rows);
+        nph_free(context, state->workers[w].batch.samples);
+        nph_free(context, state->workers[w].batch.surface);
         nph_free(context, state->workers[w].memory);
         nph_free(context, state->workers[w].film_scratch);
     }
@@ -92,12 +86,14 @@ static NphStatus open_workers(SingleState *state) {
     int fields = nph_single_fields(state->job.scene);
     for (int w = 0; w < state->threads; w++) {
         SingleWorker *worker = &state->workers[w];
-        NPH_TRY(NPH_NEW(context, NPH_SINGLE_BATCH, "camera rays", &worker->rays));
-        NPH_TRY(NPH_NEW(context, NPH_SINGLE_BATCH * NPH_SAMPLE_FIELDS, "samples", &worker->samples));
+        NPH_TRY(NPH_NEW(context, nph_single_batch_doubles(state->job.scene), "rays", &worker->batch.rows));
+        NPH_TRY(NPH_NEW(context, NPH_SINGLE_BATCH * NPH_SAMPLE_FIELDS, "samples", &worker->batch.samples));
+        NPH_TRY(NPH_NEW(context, NPH_SINGLE_BATCH, "surfaces of rays", &worker->batch.surface));
         NPH_TRY(nph_alloc(context, nph_single_scratch_bytes(fields), 1, "pieces and panels of a ray", &worker->memory));
         NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->scene->choice.transport.film_channels), 1,
                           "film scratch", &worker->film_scratch));
-        nph_single_scratch_layout(worker->memory, fields, &worker->scratch);
+        nph_single_scratch_layout(worker->memory, fields, &worker->batch.scratch);
+        worker->batch.scenes = state->scene;
     }
     return NPH_OK;
 }
@@ -116,49 +112,92 @@ static NphStatus open_single(const NphJob *job, void **out) {
     return NPH_OK;
 }
 
-static RCameraRay camera_ray(const RScene *scene, int x, int y, uint32_t pixel, uint32_t sample) {
-    RStream stream = r_stream(scene, NPH_RNG_GENERATE, pixel, sample, 0);
-    RCameraRay ray;
-    r_camera_ray(scene, x, y, &stream, &ray);
-    return ray;
+/* A batch is a tile and a chunk. */
+static void begin_batch(const SingleState *state, SingleWorker *worker, int64_t tile, int64_t chunk) {
+    nph_film_tile_rect(state->film, tile, worker->batch.origin, worker->batch.inside);
+    worker->batch.chunk = chunk;
+    worker->batch.group = 0;
 }
 
-static int is_inside(const int inside[4], int x, int y) {
-    return x >= inside[0] && x < inside[2] && y >= inside[1] && y < inside[3];
+static void launch_stage(const SingleState *state, SingleWorker *worker, const NphLaunch *launch) {
+    worker->batch.group = (int)launch->arguments[NPH_SINGLE_GROUP];
+    if (launch->stage == NPH_SINGLE_ACCUMULATE) nph_film_chunk(state->film, 64, worker->batch.samples, worker->film_scratch);
+    else nph_single_launch(&worker->batch, (NphSingleStage)launch->stage);
 }
 
-/* A ray: pixel in tile * 16 + sample in chunk. */
-static void generate(const RScene *scene, const int origin[2], const int inside[4], int64_t chunk, RCameraRay *rays) {
-    for (int id = 0; id < NPH_SINGLE_BATCH; id++) {
-        int x = origin[0] + ((id >> 4) & 15), y = origin[1] + (id >> 8);
-        uint32_t pixel = (uint32_t)y * (uint32_t)scene->width + (uint32_t)x;
-        if (is_inside(inside, x, y))
-            rays[id] = camera_ray(scene, x, y, pixel, (uint32_t)(chunk * NPH_CHUNK + (id & 15)));
-    }
+/* The next launch of a batch. */
+static NphStatus step(SingleState *state, SingleWorker *worker, NphLaunch *launch, NphSingleStage stage) {
+    const NphTap *tap = state->job.tap;
+    const int *in = worker->batch.inside;
+    int index = (int)(worker - state->workers);
+    launch->stage = (int)stage;
+    launch->items = stage == NPH_SINGLE_ACCUMULATE ? NPH_TILE_PIXELS : (int64_t)(in[2] - in[0]) * (in[3] - in[1]) * NPH_CHUNK;
+    if (tap) NPH_TRY(tap->before(tap->user, state, index, launch));
+    NPH_LAUNCH(&worker->counts, stage, launch->items, launch_stage(state, worker, launch));
+    if (tap) NPH_TRY(tap->after(tap->user, state, index, launch));
+    launch->number++;
+    return NPH_OK;
 }
 
-static void march(const SingleState *state, SingleWorker *worker, const int origin[2], const int inside[4],
-                  int64_t chunk) {
+static NphStatus run_batch(SingleState *state, SingleWorker *worker, int64_t tile, int64_t chunk) {
     const RScene *local = &state->scene->local;
-    for (int id = 0; id < NPH_SINGLE_BATCH; id++) {
-        int x = origin[0] + ((id >> 4) & 15), y = origin[1] + (id >> 8);
-        double fields[NPH_SAMPLE_FIELDS] = {0.0};
-        NphSingleAsk ask = {(uint32_t)y * (uint32_t)local->width + (uint32_t)x,
-                            (uint32_t)(chunk * NPH_CHUNK + (id & 15)), NULL, NULL};
-        if (is_inside(inside, x, y)) nph_single_march(state->scene, worker->scratch, &worker->rays[id], &ask, fields);
-        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) worker->samples[f * NPH_SINGLE_BATCH + id] = fields[f];
+    NphLaunch launch = {.batch = chunk * nph_film_tile_count(state->film) + tile, .arguments = {tile, chunk}};
+    begin_batch(state, worker, tile, chunk);
+    NPH_TRY(step(state, worker, &launch, NPH_SINGLE_GENERATE));
+    for (int g = 0; g < local->groups; g++) {
+        launch.arguments[NPH_SINGLE_GROUP] = g;
+        NPH_TRY(step(state, worker, &launch, NPH_SINGLE_MEET));
+        if (nph_sensor_gathers(local->sensor.kind)) NPH_TRY(step(state, worker, &launch, NPH_SINGLE_GATHER));
+        NPH_TRY(step(state, worker, &launch, NPH_SINGLE_MARCH));
+        if (local->surfaces.count > 0) NPH_TRY(step(state, worker, &launch, NPH_SINGLE_ARRIVE));
+        NPH_TRY(step(state, worker, &launch, NPH_SINGLE_LEAVE));
+        NPH_TRY(step(state, worker, &launch, NPH_SINGLE_FOLD));
     }
+    NPH_TRY(step(state, worker, &launch, NPH_SINGLE_ACCUMULATE));
+    nph_film_add_node(state->film, tile, chunk, 64, worker->batch.samples, worker->film_scratch);
+    return NPH_OK;
 }
 
-static void run_batch(SingleState *state, SingleWorker *worker, int64_t tile, int64_t chunk) {
-    int origin[2], inside[4];
-    nph_film_tile_rect(state->film, tile, origin, inside);
-    int64_t rays = (int64_t)(inside[2] - inside[0]) * (inside[3] - inside[1]) * NPH_CHUNK;
-    NPH_LAUNCH(&worker->counts, NPH_SINGLE_GENERATE, rays,
-               generate(&state->scene->local, origin, inside, chunk, worker->rays));
-    NPH_LAUNCH(&worker->counts, NPH_SINGLE_MARCH, rays, march(state, worker, origin, inside, chunk));
-    NPH_LAUNCH(&worker->counts, NPH_SINGLE_ACCUMULATE, NPH_TILE_PIXELS,
-               nph_film_add_chunk(state->film, tile, chunk, 64, worker->samples, worker->film_scratch));
+static NphStatus begin_launch(void *opaque, int index, NphFilm *film, const NphLaunch *launch) {
+    SingleState *state = opaque;
+    int64_t tile = launch->arguments[NPH_SINGLE_TILE], chunk = launch->arguments[NPH_SINGLE_CHUNK];
+    int64_t group = launch->arguments[NPH_SINGLE_GROUP];
+    int groups = state->scene->local.groups;
+    if (tile < 0 || tile >= nph_film_tile_count(film) || chunk < 0 || chunk >= NPH_MAX_SAMPLES / NPH_CHUNK || group < 0 || group >= groups)
+        return nph_error(state->job.context, NPH_BAD_INPUT, "tile %lld, chunk %lld, group %lld: the picture has %lld tiles, the scene %d "
+                         "groups of wavelengths", (long long)tile, (long long)chunk, (long long)group,
+                         (long long)nph_film_tile_count(film), groups);
+    state->film = film;
+    begin_batch(state, &state->workers[index], tile, chunk);
+    return NPH_OK;
+}
+
+/* All buffers are of one size: another one is told by whoever compares it with the view's. */
+static NphStatus extend(void *opaque, int index, int buffer, const int64_t *shape) {
+    (void)opaque;
+    (void)index;
+    (void)buffer;
+    (void)shape;
+    return NPH_OK;
+}
+
+static int view(void *opaque, int index, int buffer, NphView *out) {
+    SingleState *state = opaque;
+    SingleWorker *worker = &state->workers[index];
+    if (buffer != NPH_SINGLE_NODE) return nph_single_view(&worker->batch, buffer, out);
+    *out = (NphView){NPH_F64, 2, {nph_film_planes(state->film), NPH_TILE_PIXELS}, worker->film_scratch, NPH_TILE_PIXELS};
+    return 1;
+}
+
+static NphStatus check(void *opaque, int index, const NphLaunch *launch) {
+    SingleState *state = opaque;
+    return nph_single_check(state->job.context, &state->workers[index].batch, &stages[launch->stage]);
+}
+
+static NphStatus launch_alone(void *opaque, int index, const NphLaunch *launch) {
+    SingleState *state = opaque;
+    launch_stage(state, &state->workers[index], launch);
+    return NPH_OK;
 }
 
 /* A block of the pool: one tile, all chunks of the pass; a request to stop is heard after each chunk. */
@@ -166,7 +205,7 @@ static NphStatus run_tile(void *opaque, int64_t tile, int index) {
     SingleState *state = opaque;
     int64_t chunk = state->begin / NPH_CHUNK;
     for (; chunk < state->end / NPH_CHUNK && !nph_interrupted(state->job.context); chunk++)
-        run_batch(state, &state->workers[index], tile, chunk);
+        NPH_TRY(run_batch(state, &state->workers[index], tile, chunk));
     if (index == 0) { /* the calling thread reports; the others' tiles are estimated from its own */
         state->tiles_done += state->threads;
         double part = (double)state->tiles_done / (double)nph_film_tile_count(state->film);
@@ -195,7 +234,7 @@ static void statistics(const void *opaque, NphRenderStatistics *out) {
     const SingleState *state = opaque;
     nph_stages_begin(stages, NPH_SINGLE_STAGES, out);
     for (int w = 0; w < state->threads; w++) {
-        const NphSingleTally *tally = nph_single_tally(state->workers[w].scratch);
+        const NphSingleTally *tally = nph_single_tally(state->workers[w].batch.scratch);
         nph_stages_add(&state->workers[w].counts, out);
         out->exhausted += tally->walked.exhausted;
         out->integrals += tally->integrals;
@@ -212,7 +251,7 @@ static NphStatus replay_with(const NphJob *job, NphSingleScene *scene, void *mem
     nph_single_scratch_layout(memory, nph_single_fields(job->scene), &scratch);
     uint32_t pixel = (uint32_t)y * (uint32_t)scene->local.width + (uint32_t)x;
     NphSingleAsk ask = {pixel, (uint32_t)sample, line, user};
-    RCameraRay ray = camera_ray(&scene->local, x, y, pixel, (uint32_t)sample);
+    RCameraRay ray = nph_single_ray(&scene->local, x, y, pixel, (uint32_t)sample);
     double fields[NPH_SAMPLE_FIELDS], at[3];
     for (int a = 0; a < 3; a++) at[a] = ray.p[a] + scene->local.origin[a];
     nph_single_tell(&ask, "single: pixel %d,%d sample %lld, seed %u, frame %u", x, y, (long long)sample, job->seed,
@@ -244,8 +283,8 @@ const NphMethod nph_single = {
     .knob_count = NPH_SINGLE_KNOBS,
     .stages = stages,
     .stage_count = NPH_SINGLE_STAGES,
-    .buffers = buffers,
-    .buffer_count = (int)(sizeof buffers / sizeof *buffers),
+    .buffers = nph_single_buffers,
+    .buffer_count = NPH_SINGLE_BUFFERS,
     .plan = nph_single_plan,
     .channels = channels,
     .open = open_single,
@@ -254,4 +293,11 @@ const NphMethod nph_single = {
     .close = close_single,
     .replay = replay,
     .takes_wavelengths = 1,
+    .arguments = arguments,
+    .argument_count = NPH_SINGLE_ARGUMENTS,
+    .begin_launch = begin_launch,
+    .extend = extend,
+    .view = view,
+    .check = check,
+    .launch = launch_alone,
 };

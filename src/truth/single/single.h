@@ -2,9 +2,14 @@
  *
  * truth/single: light that has been scattered at most once, by quadrature instead of chance [Kajiya84]. Its stages:
  *   1 generate   camera rays, the same as those of path
- *   2 march      per ray: densities along it (single_profile.c), what arrives unscattered, and for every light the
- *                adaptive quadrature of what is scattered towards the sensor (single_quadrature.c)
- *   3 accumulate into the film's tree
+ *   2 meet       the surfaces that they end at
+ *   3 gather     light that sensors for flux and fluence get straight from the lights
+ *   4 march      per ray: densities along it (single_profile.c), what media emit, and for every light the adaptive
+ *                quadrature of what is scattered towards the sensor (single_quadrature.c)
+ *   5 arrive     what surfaces reflect
+ *   6 leave      lights at infinity behind everything
+ *   7 fold       groups of wavelengths, which have stages 2 to 6 each
+ *   8 accumulate into the film's tree
  * Everything is computed in double, whatever the precision of the run. It shares no estimator with path: optical depths
  * are exact (single_walk.h), nothing is tracked. What chance is left: where a ray meets its pixel, and one direction a
  * ray for each light that has a size. */
@@ -15,6 +20,7 @@
 #include "pipeline/method.h"
 #include "transport/camera_lookup.h"
 #include "transport/choice.h"
+#include "transport/surfaces_lookup.h"
 #include "truth/single/single_walk.h"
 
 extern const NphMethod nph_single;
@@ -23,10 +29,28 @@ enum { NPH_SINGLE_BATCH = NPH_TILE_PIXELS * NPH_CHUNK };
 
 typedef enum NphSingleStage {
     NPH_SINGLE_GENERATE,
+    NPH_SINGLE_MEET,
+    NPH_SINGLE_GATHER,
     NPH_SINGLE_MARCH,
+    NPH_SINGLE_ARRIVE,
+    NPH_SINGLE_LEAVE,
+    NPH_SINGLE_FOLD,
     NPH_SINGLE_ACCUMULATE,
     NPH_SINGLE_STAGES
 } NphSingleStage;
+
+typedef enum NphSingleBuffer {
+    NPH_SINGLE_RAY,
+    NPH_SINGLE_SURFACE,
+    NPH_SINGLE_TOUCH,
+    NPH_SINGLE_TRANSMITTANCE,
+    NPH_SINGLE_SCATTERED,
+    NPH_SINGLE_PART,
+    NPH_SINGLE_SAMPLE,
+    NPH_SINGLE_NODE,
+    NPH_SINGLE_BUFFERS
+} NphSingleBuffer;
+typedef enum NphSingleArgument { NPH_SINGLE_TILE, NPH_SINGLE_CHUNK, NPH_SINGLE_GROUP, NPH_SINGLE_ARGUMENTS } NphSingleArgument;
 
 enum { NPH_SINGLE_KNOB_TOLERANCE, NPH_SINGLE_KNOB_PANELS, NPH_SINGLE_KNOB_MODE, NPH_SINGLE_KNOBS };
 enum { NPH_SINGLE_KAJIYA, NPH_SINGLE_BLINN }; /* single.mode */
@@ -83,10 +107,44 @@ typedef struct NphSingleAsk {
 } NphSingleAsk;
 void nph_single_tell(const NphSingleAsk *ask, const char *format, ...) NPH_PRINTF(2, 3);
 
-/* single_march.c: the sample of one camera ray, all groups of wavelengths. */
+/* A ray under way, in one group of wavelengths. */
+typedef struct NphSingleState {
+    RCameraRay ray;
+    RMet met;                            /* surface -1: none */
+    double T[3];                         /* e^-tau up to there */
+    double scattered[NPH_MAX_LIGHTS][3]; /* of part, by the lights: scattered once in media; channels of transport */
+    double part[NPH_SAMPLE_FIELDS];
+} NphSingleState;
+
+/* single_march.c: the stages of one ray; and all of them: its sample. */
+void nph_single_meet(const NphSingleScene *scene, NphSingleState *state);
+void nph_single_gather(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask);
+void nph_single_follow(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask);
+void nph_single_arrive(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask);
+void nph_single_leave(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask);
+void nph_single_fold(const NphSingleScene *scene, int group, const NphSingleState *state, double fields[NPH_SAMPLE_FIELDS]);
 void nph_single_march(const NphSingleScene *scenes, NphSingleScratch *scratch, const RCameraRay *ray,
                       const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]);
 const NphSingleTally *nph_single_tally(const NphSingleScratch *scratch);
+
+/* single_stages.c: a batch of rays, one tile and one chunk, as the stages pass it on: [row][ray], a ray being pixel in its
+ * tile * 16 + sample in its chunk. Rays that are not in the picture have no weight. */
+typedef struct NphSingleBatch {
+    const NphSingleScene *scenes; /* one a group */
+    NphSingleScratch *scratch;
+    int origin[2], inside[4];
+    int64_t chunk;
+    int group;
+    double *rows, *samples;
+    int32_t *surface;
+} NphSingleBatch;
+extern const NphBuffer nph_single_buffers[NPH_SINGLE_BUFFERS];
+size_t nph_single_batch_doubles(const NphScene *scene);
+RCameraRay nph_single_ray(const RScene *scene, int x, int y, uint32_t pixel, uint32_t sample);
+void nph_single_launch(NphSingleBatch *batch, NphSingleStage stage);
+int nph_single_view(const NphSingleBatch *batch, int buffer, NphView *view); /* all but film.node */
+/* NPH_BAD_INPUT where an input is one that no run could have. */
+NphStatus nph_single_check(NphContext *context, const NphSingleBatch *batch, const NphStage *stage);
 
 /* single_scene.c */
 int nph_single_groups(const NphJob *job);

@@ -17,13 +17,18 @@
 typedef struct March {
     const NphSingleScene *scene;
     NphSingleScratch *scratch;
-    const RCameraRay *ray;
+    NphSingleState *state;
+    const RCameraRay *ray; /* of the state */
     const NphSingleAsk *ask;
-    double *fields;
-    double weight; /* of the ray: 1, pi for a flux sensor */
-    double limit;  /* of media on the ray: where it meets a surface */
-    double T[3];   /* e^-tau up to there */
+    double *fields;        /* of the state */
+    double weight;         /* of the ray: 1, pi for a flux sensor */
 } March;
+
+static March march_of(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask) {
+    March m = {.scene = scene, .scratch = scratch, .state = state, .ray = &state->ray, .ask = ask, .fields = state->part,
+               .weight = state->ray.weight};
+    return m;
+}
 
 void nph_single_tell(const NphSingleAsk *ask, const char *format, ...) {
     if (!ask->line) return;
@@ -103,6 +108,7 @@ static void scatter(March *m, int l) {
     else
         nph_single_integrate(m->scene, m->scratch, m->ray->p, m->ray->d, &beam, result, error);
     for (int c = 0; c < 3; c++) light[c] = m->weight * channel(m, result, c) * beam.value[c];
+    for (int c = 0; c < 3; c++) m->state->scattered[l][c] += light[c];
     add(m, light, 1);
     nph_single_tell(
         m->ask,
@@ -185,7 +191,7 @@ static void follow(March *m, double limit) {
             if (m->scene->choice.scattered[l]) scatter(m, l);
         if (m->scene->choice.layer && m->scene->mode == NPH_SINGLE_BLINN) break;
     } while (!profile->opaque && profile->end < limit);
-    for (int c = 0; c < local->channels; c++) m->T[c] = profile->opaque ? 0.0 : nph_exp(-tau[c]);
+    for (int c = 0; c < local->channels; c++) m->state->T[c] = profile->opaque ? 0.0 : nph_exp(-tau[c]);
 }
 
 /* What sensors for flux and fluence get straight from lights that have a direction of their own: E cos, E. */
@@ -226,7 +232,7 @@ static void reflect(March *m, const RMet *met, int l) {
     if (!(density > 0.0) || r_blocked(local, met->p, to, distance)) return;
     nph_single_transmittance(local, met->p, to, distance, &m->scratch->tally.walked, T);
     for (int c = 0; c < 3; c++)
-        arrives[c] = m->weight * channel(m, m->T, c) * local->surfaces.albedo[met->surface][c] * density * fall *
+        arrives[c] = m->weight * channel(m, m->state->T, c) * local->surfaces.albedo[met->surface][c] * density * fall *
                      channel(m, T, c) * beam.value[c];
     add(m, arrives, 1);
     nph_single_tell(m->ask, "    light %d: transmittance %.9g, cos %.9g; adds %.9g %.9g %.9g", l, T[0],
@@ -236,10 +242,10 @@ static void reflect(March *m, const RMet *met, int l) {
 static void arrive(March *m, const RMet *met) {
     const RScene *local = &m->scene->local;
     double T = 0.0;
-    for (int c = 0; c < local->channels; c++) T += m->T[c] / (double)local->channels;
+    for (int c = 0; c < local->channels; c++) T += m->state->T[c] / (double)local->channels;
     m->fields[NPH_SAMPLE_COLLIDED] += T;
     m->fields[NPH_SAMPLE_DISTANCE] += T * (m->ray->start + met->t);
-    nph_single_tell(m->ask, "  meets surface %d after %.9g m, transmittance %.9g", met->surface, met->t, m->T[0]);
+    nph_single_tell(m->ask, "  meets surface %d after %.9g m, transmittance %.9g", met->surface, met->t, m->state->T[0]);
     for (int l = 0; l < local->light_count; l++)
         if (m->scene->choice.reflected[l]) reflect(m, met, l);
 }
@@ -249,8 +255,8 @@ static void leave(March *m) {
     double sky[3] = {0.0, 0.0, 0.0}, light[3];
     r_lights_at_infinity(local, m->ray->d, m->ray->pdf, sky);
     for (int c = 0; c < 3; c++) {
-        m->fields[NPH_SAMPLE_T0 + c] = channel(m, m->T, c);
-        light[c] = m->weight * channel(m, m->T, c) * sky[c];
+        m->fields[NPH_SAMPLE_T0 + c] = channel(m, m->state->T, c);
+        light[c] = m->weight * channel(m, m->state->T, c) * sky[c];
     }
     r_film_transmittance(local, m->fields + NPH_SAMPLE_T0);
     add(m, light, 0);
@@ -258,37 +264,61 @@ static void leave(March *m) {
                     m->fields[NPH_SAMPLE_T1], m->fields[NPH_SAMPLE_T2], light[0], light[1], light[2]);
 }
 
-static void march_group(const NphSingleScene *scene, NphSingleScratch *scratch, const RCameraRay *ray,
-                        const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]) {
+/* Where the ray ends; nothing has been added yet. */
+void nph_single_meet(const NphSingleScene *scene, NphSingleState *state) {
     const RScene *local = &scene->local;
-    March m = {.scene = scene, .scratch = scratch, .ray = ray, .ask = ask, .fields = fields, .weight = ray->weight};
     RMet met = {.surface = -1};
-    memset(fields, 0, sizeof *fields * NPH_SAMPLE_FIELDS);
-    if (!(ray->weight > 0.0)) {
-        nph_single_tell(ask, "  outside of the fisheye's circle");
-        return;
-    }
-    for (int l = 0; l < local->light_count && nph_sensor_gathers(local->sensor.kind); l++)
-        if (local->lights[l].sampled) light_sensor(&m, l);
-    int meets = local->surfaces.count > 0 && r_closest_surface(local, ray->p, ray->d, R_HUGE, &met);
-    m.limit = meets ? met.limit : R_HUGE;
-    follow(&m, m.limit);
-    if (meets)
-        arrive(&m, &met);
-    else
-        leave(&m);
+    memset(state->part, 0, sizeof state->part);
+    state->met = met;
+    state->met.limit = R_HUGE;
+    if (state->ray.weight > 0.0 && local->surfaces.count > 0 && r_closest_surface(local, state->ray.p, state->ray.d, R_HUGE, &met))
+        state->met = met;
+}
+
+void nph_single_gather(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask) {
+    March m = march_of(scene, scratch, state, ask);
+    for (int l = 0; l < scene->local.light_count; l++)
+        if (scene->local.lights[l].sampled && m.weight > 0.0) light_sensor(&m, l);
+}
+
+void nph_single_follow(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask) {
+    March m = march_of(scene, scratch, state, ask);
+    memset(state->scattered, 0, sizeof state->scattered);
+    for (int c = 0; c < 3; c++) state->T[c] = 0.0;
+    if (m.weight > 0.0) follow(&m, state->met.limit);
+}
+
+void nph_single_arrive(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask) {
+    March m = march_of(scene, scratch, state, ask);
+    if (m.weight > 0.0 && state->met.surface >= 0) arrive(&m, &state->met);
+}
+
+void nph_single_leave(const NphSingleScene *scene, NphSingleScratch *scratch, NphSingleState *state, const NphSingleAsk *ask) {
+    March m = march_of(scene, scratch, state, ask);
+    if (m.weight > 0.0 && state->met.surface < 0) leave(&m);
 }
 
 /* All groups of wavelengths on the same ray; each is worth the picture, so their mean is. */
+void nph_single_fold(const NphSingleScene *scene, int group, const NphSingleState *state, double fields[NPH_SAMPLE_FIELDS]) {
+    double groups = (double)scene->local.groups;
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
+        double sum = group == 0 ? state->part[f] : fields[f] + state->part[f];
+        fields[f] = group == scene->local.groups - 1 ? sum / groups : sum;
+    }
+}
+
 void nph_single_march(const NphSingleScene *scenes, NphSingleScratch *scratch, const RCameraRay *ray,
                       const NphSingleAsk *ask, double fields[NPH_SAMPLE_FIELDS]) {
-    int groups = scenes->local.groups;
-    march_group(scenes, scratch, ray, ask, fields);
-    for (int g = 1; g < groups; g++) {
-        double more[NPH_SAMPLE_FIELDS];
-        nph_single_tell(ask, "  group %d of wavelengths", g);
-        march_group(&scenes[g], scratch, ray, ask, more);
-        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] += more[f];
+    NphSingleState state = {.ray = *ray};
+    for (int g = 0; g < scenes->local.groups; g++) {
+        const NphSingleScene *scene = &scenes[g];
+        if (g > 0) nph_single_tell(ask, "  group %d of wavelengths", g);
+        if (!(ray->weight > 0.0)) nph_single_tell(ask, "  outside of the fisheye's circle");
+        nph_single_meet(scene, &state);
+        if (nph_sensor_gathers(scene->local.sensor.kind)) nph_single_gather(scene, scratch, &state, ask);
+        nph_single_follow(scene, scratch, &state, ask);
+        nph_single_arrive(scene, scratch, &state, ask);
+        nph_single_leave(scene, scratch, &state, ask);
+        nph_single_fold(scene, g, &state, fields);
     }
-    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) fields[f] /= (double)groups;
 }

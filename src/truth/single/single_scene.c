@@ -129,7 +129,8 @@ NphStatus nph_single_plan(const NphJob *job, NphPlan *plan) {
     NPH_TRY(nph_transport_plan(context, job->scene, &choice.transport, plan));
     NPH_TRY(plan_missing(job, &choice, plan));
     uint64_t threads = (uint64_t)nph_context_threads(context);
-    uint64_t batch = NPH_SINGLE_BATCH * (sizeof(RCameraRay) + NPH_SAMPLE_FIELDS * sizeof(double));
+    uint64_t batch = nph_single_batch_doubles(job->scene) * sizeof(double) +
+                     NPH_SINGLE_BATCH * (NPH_SAMPLE_FIELDS * sizeof(double) + sizeof(int32_t));
     uint64_t scratch = nph_single_scratch_bytes(nph_single_fields(job->scene)) +
                        nph_film_scratch_bytes(choice.transport.film_channels);
     NPH_TRY(nph_plan_add(context, plan, "memory", "scene", (uint64_t)choice.transport.groups * sizeof(NphSingleScene),
