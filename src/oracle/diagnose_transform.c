@@ -74,9 +74,9 @@ static Taps taps_of(const NphImage *image, const Map *map, int x, int y) {
     double left = floor(u), top = floor(v), right_part = u - left, lower_part = v - top;
     Taps taps;
     for (int k = 0; k < 4; k++) {
-        int column = clamped(left + k % 2, image->width), row = clamped(top + (double)(k / 2), image->height);
+        int right = k % 2, lower = k / 2, column = clamped(left + right, image->width), row = clamped(top + lower, image->height);
         taps.at[k] = (int64_t)row * image->width + column;
-        taps.weight[k] = (k % 2 ? right_part : 1.0 - right_part) * (k / 2 ? lower_part : 1.0 - lower_part);
+        taps.weight[k] = (right ? right_part : 1.0 - right_part) * (lower ? lower_part : 1.0 - lower_part);
     }
     return taps;
 }
@@ -372,8 +372,9 @@ static NphStatus try_maps(Trial *trial) {
 static NphStatus try_shifts(Trial *trial) {
     for (int i = 0; i < 25; i++) {
         Change change = no_change();
-        change.map.u[2] = 0.5 * (i % 5 - 2);
-        change.map.v[2] = 0.5 * (double)(i / 5 - 2);
+        int column = i % 5 - 2, row = i / 5 - 2;
+        change.map.u[2] = 0.5 * column;
+        change.map.v[2] = 0.5 * row;
         if (i == 12) continue;
         NPH_TRY(try_change(trial, trial->a, "shifted", &change, 0));
     }
