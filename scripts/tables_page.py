@@ -98,7 +98,8 @@ def agreement(folder):
         found = list(csv.DictReader(file))
     what = ('Path and light share the free flights and nothing else; path and single share the scene. Single is compared where the albedo is a '
             'ten thousandth of the scene\'s. Pictures of 16 x 16 pixels or a little less, other cameras and lights where a method cannot see '
-            'the scene as it is (all in the script). Difference and standard error are relative to the mean of the image.')
+            'the scene as it is (all in the script). Difference and standard error are relative to the mean of the image. '
+            'Rows that are inconclusive were rendered with the samples that stand there; the script asks for more since.')
     lines = ['## Path against light tracing and single scattering', '', textwrap.fill(what, 128), '', '    scripts/agreement', '',
              '| scene | against | samples of path | of the other | difference | standard error | verdict at 0.2% | CPU seconds |', '|---|---|---|---|---|---|---|---|']
     for row in found:
