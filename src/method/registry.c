@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/message.h"
+#include "method/temporal_photons/tpm.h"
 #include "truth/light/light_tracing.h"
 #include "truth/path/path.h"
 #include "truth/photonmap/photonmap.h"
@@ -17,6 +18,7 @@ static const NphMethod *const methods[] = {
     &nph_light,
     &nph_single,
     &nph_photonmap,
+    &nph_temporal_photons,
 };
 
 int nph_method_count(void) { return (int)(sizeof methods / sizeof *methods); }

@@ -33,49 +33,13 @@ typedef struct Flying {
 size_t NPH_KERNEL(nph_photonmap_scene_bytes)(void) { return sizeof(RPhotonScene); }
 size_t NPH_KERNEL(nph_photonmap_photon_bytes)(void) { return sizeof(RPhoton); }
 
-static double luminance(const Real c[3]) {
-    return 0.2126 * (double)c[0] + 0.7152 * (double)c[1] + 0.0722 * (double)c[2];
-}
-
-/* Directions from which a light is looked for, and about the power that it sends into the box (a quarter of its surface
- * is what it shows from all sides in the mean). */
-static double prepare_power(RPhotonScene *scene, const NphLight *source, int number) {
-    const RScene *local = &scene->local;
-    const RLight *light = &local->lights[number];
-    double size[3], direction[3], areas[3], axis[3], squared = 0.0, distance = 0.0;
-    for (int a = 0; a < 3; a++) {
-        size[a] = local->bounds_hi[a] - local->bounds_lo[a];
-        direction[a] = source->direction[a];
-        axis[a] = -(double)light->position[a];
-        squared += 0.25 * size[a] * size[a];
-        distance += axis[a] * axis[a];
-    }
-    double mean = 0.5 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
-    if (light->kind == NPH_LIGHT_SUN) {
-        Real irradiance[3] = {(Real)source->irradiance[0], (Real)source->irradiance[1], (Real)source->irradiance[2]};
-        return luminance(irradiance) * r_box_areas(local, direction, areas);
-    }
-    if (light->kind == NPH_LIGHT_ENVIRONMENT) return source->map.total * mean;
-    double width = light->kind == NPH_LIGHT_CONSTANT && light->hemisphere != 0 ? 1.0 : 2.0;
-    if (light->kind == NPH_LIGHT_POINT && distance > squared) {
-        double sine = nph_sqrt(squared / distance);
-        width = squared / distance / (1.0 + nph_sqrt(1.0 - sine * sine));
-    }
-    double length = nph_sqrt(distance), up[3] = {0.0, 0.0, light->hemisphere < 0 ? -1.0 : 1.0};
-    for (int a = 0; a < 3; a++)
-        scene->from[number].axis[a] = (Real)(light->kind == NPH_LIGHT_POINT && length > 0.0 ? axis[a] / length : up[a]);
-    scene->from[number].width = (Real)width;
-    scene->from[number].density = (Real)(0.15915494309189535 / width);
-    return luminance(light->value) * 6.283185307179586 * width * (light->kind == NPH_LIGHT_POINT ? 1.0 : mean);
-}
-
 void NPH_KERNEL(nph_photonmap_prepare)(const NphJob *job, const NphPhotonmapChoice *choice, void *memory) {
     RPhotonScene *out = memory;
     memset(out, 0, sizeof *out);
     r_prepare_scene(job->scene, &choice->transport, job->seed, job->frame, &out->local);
     double sum = 0.0, squared = 0.0, power[NPH_MAX_LIGHTS] = {0.0};
     for (int l = 0; l < out->local.light_count && choice->traced; l++)
-        sum += power[l] = prepare_power(out, &job->scene->lights[l], l);
+        sum += power[l] = r_entry_power(&out->local, &job->scene->lights[l], l, &out->from[l]);
     double below = 0.0;
     for (int l = 0; l < out->local.light_count && sum > 0.0; l++) {
         below += power[l];
@@ -188,7 +152,7 @@ static int scatter(Flying *f, int hit) {
 
 static void follow(Flying *f) {
     RStream stream = stream_of(f, NPH_RNG_PHOTON_EMIT);
-    RPhotonStart start = r_emit(f->scene, &stream);
+    REntry start = r_emit(f->scene, &stream);
     for (int a = 0; a < 3; a++) {
         f->p[a] = start.p[a];
         f->d[a] = start.d[a];

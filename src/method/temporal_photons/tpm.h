@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * method/temporal_photons: temporally coherent photon mapping [Elek12]. One sample of the film is one frame, from photons of
+ * its own:
+ *   1 trace      photons of one generation deposit their flux in a coarse grid; every block has its own in shared memory and
+ *                adds it to the generation's partial cache H, in 64-bit fixed point
+ *   2 update     I = I - H_old + H_new over the last m generations, a circular buffer; sums of integers, so nothing drifts
+ *   3 resolve    fluence, mean cosine and penetration depth of every cell, from the sums
+ *   4 upsample   to the resolution of the density: J
+ *   5 march      through density and J, at half resolution
+ *   6 enlarge    to the pixels of the sensor
+ *   7 accumulate into the film's tree
+ * Frame f is made of generations f - m + 1 ... f, each a function of its number alone: any frame has the same bytes alone and
+ * within a sequence. */
+#ifndef NPH_METHOD_TPM_H
+#define NPH_METHOD_TPM_H
+
+#include "transport/choice.h"
+
+extern const NphMethod nph_temporal_photons;
+
+/* Photons of a block, and what it keeps of a cell in shared memory: flux of three channels, flux times cosine, flux times
+ * order; in print cosine and order unweighted, and their number. 48 KB hold 2400 cells of five 32-bit values (the sixth, which
+ * the print needs too, does not fit); blocks of larger grids add to the partial cache deposit by deposit. */
+enum { NPH_TPM_BLOCK = 256, NPH_TPM_VALUES = 6, NPH_TPM_SHARED_CELLS = 2400 };
+enum { NPH_TPM_RED, NPH_TPM_COSINE = 3, NPH_TPM_ORDER = 4, NPH_TPM_COUNT = 5 };
+
+/* Photons of the dominant sun, and of all other lights. */
+enum { NPH_TPM_SUN, NPH_TPM_SKY, NPH_TPM_KINDS };
+
+/* A cell of I, and of J: fluence of both kinds [W/m2], mean cosines against their directions, mean numbers of scatterings. */
+enum {
+    NPH_TPM_I_SUN,
+    NPH_TPM_I_G = 3,
+    NPH_TPM_I_SKY = 4,
+    NPH_TPM_I_SKY_G = 7,
+    NPH_TPM_I_DEPTH = 8,
+    NPH_TPM_I_SKY_DEPTH = 9,
+    NPH_TPM_FIELDS = 10
+};
+
+enum { NPH_TPM_CELLS_MAX = 1 << 24, NPH_TPM_GENERATIONS_MAX = 4096, NPH_TPM_ORDER_MAX = 1 << 20 };
+
+typedef enum NphTpmStage {
+    NPH_TPM_TRACE,
+    NPH_TPM_UPDATE,
+    NPH_TPM_RESOLVE,
+    NPH_TPM_UPSAMPLE,
+    NPH_TPM_MARCH,
+    NPH_TPM_ENLARGE,
+    NPH_TPM_ACCUMULATE,
+    NPH_TPM_STAGES
+} NphTpmStage;
+
+enum {
+    NPH_TPM_KNOB_VARIANT,
+    NPH_TPM_KNOB_PHOTONS,
+    NPH_TPM_KNOB_GENERATIONS,
+    NPH_TPM_KNOB_PRIMED,
+    NPH_TPM_KNOB_CELLS,
+    NPH_TPM_KNOB_CELLS_X,
+    NPH_TPM_KNOB_CELLS_Y,
+    NPH_TPM_KNOB_CELLS_Z,
+    NPH_TPM_KNOB_THRESHOLD,
+    NPH_TPM_KNOB_SIMILARITY,
+    NPH_TPM_KNOB_SKY_LOBE,
+    NPH_TPM_KNOB_UPSAMPLING,
+    NPH_TPM_KNOB_NEIGHBOURHOOD,
+    NPH_TPM_KNOB_SPREAD,
+    NPH_TPM_KNOB_SPREAD_DENSITY,
+    NPH_TPM_KNOB_STEPS,
+    NPH_TPM_KNOB_EXIT,
+    NPH_TPM_KNOB_NOISE,
+    NPH_TPM_KNOB_OCTAVES,
+    NPH_TPM_KNOB_HALF,
+    NPH_TPM_KNOBS
+};
+
+enum { NPH_TPM_CORRECTED, NPH_TPM_PAPER };
+enum { NPH_TPM_LINEAR, NPH_TPM_GAUSSIAN, NPH_TPM_PHYSICAL }; /* upsampling */
+
+/* What plan, run and replay agree on. */
+typedef struct NphTpmChoice {
+    NphTransportChoice transport;
+    int traced;                    /* photons can add something */
+    int medium;                    /* the one that is marched, or -1 */
+    int dominant;                  /* light whose photons are the sun's, or -1 */
+    int similarity;                /* photons may turn isotropic */
+    int generations, first;        /* of a frame; the first that there is may be later than f - m + 1 */
+    int64_t photons[NPH_TPM_KINDS]; /* of a generation */
+    int32_t cells[3], fine[3];     /* of I and of J */
+    int shared;                    /* blocks have a grid of their own */
+    int scale;                     /* a unit of fixed point is 2^-scale of the unit of flux */
+} NphTpmChoice;
+
+NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice);
+NphStatus nph_tpm_plan(const NphJob *job, NphPlan *plan);
+static inline int64_t nph_tpm_cells(const int32_t n[3]) { return (int64_t)n[0] * n[1] * n[2]; }
+
+/* The energy of photons in units of fixed point, each entry added up on its own. Of the walk: emitted = escaped + absorbed +
+ * stopped (after NPH_TPM_ORDER_MAX scatterings). Of the beams, which are not the walk: begun = collided + past (out of the
+ * box) + cut (at the threshold). */
+typedef struct NphTpmLedger {
+    int64_t emitted, escaped, absorbed, stopped;
+    int64_t begun, collided, past, cut;
+    int64_t photons, beams, deposits;
+    int64_t overflow, nonfinite; /* values that 64 bits do not hold, or that are no numbers */
+} NphTpmLedger;
+
+/* One block of photons: number `block` of a kind in a generation. partial: the generation's cache of that kind,
+ * [cell][NPH_TPM_VALUES], to which it adds; scratch: NphTpmKernels.trace_bytes. */
+typedef struct NphTpmBlock {
+    uint32_t sample, generation;
+    int kind;
+    int64_t first;
+    int count;
+    int64_t *partial;
+    void *scratch;
+    NphTpmLedger *ledger;
+    NphTally *tally;
+} NphTpmBlock;
+
+typedef struct NphTpmTile {
+    int origin[2], inside[4];
+    int slot;
+    void *samples;
+} NphTpmTile;
+
+/* The kernels of one precision. Memory is the caller's; grids are arrays of the precision's numbers. */
+typedef struct NphTpmKernels {
+    size_t (*scene_bytes)(int noise);
+    size_t (*trace_bytes)(int64_t cells, int shared);
+    void (*prepare)(const NphJob *job, const NphTpmChoice *choice, void *scene);
+    void (*trace)(const void *scene, const NphTpmBlock *block);
+    /* sums [kind][cell][NPH_TPM_VALUES] of photons[kind] photons -> coarse [cell][NPH_TPM_FIELDS] */
+    void (*resolve)(const void *scene, const int64_t *sums, const int64_t photons[NPH_TPM_KINDS], void *coarse);
+    /* Rows [first, end) of J, counted through z and y: fine [cell][NPH_TPM_FIELDS] */
+    void (*upsample)(const void *scene, const void *coarse, int64_t first, int64_t end, void *fine);
+    /* Rows [first, end) of the small picture [pixel][NPH_SAMPLE_FIELDS]; steps: how many there were. */
+    void (*march)(const void *scene, const void *fine, uint32_t sample, int first, int end, void *picture, int64_t *steps);
+    void (*replay)(const void *scene, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
+    void (*enlarge)(const void *scene, const void *picture, const NphTpmTile *tile);
+} NphTpmKernels;
+void nph_tpm_kernels(int precision, NphIsa isa, NphTpmKernels *kernels);
+
+/* What is marched for a crop: pixels [origin, origin + size) of the small picture, or of the sensor's. Pixels of the small picture
+ * cover two by two of the whole image, whatever the crop, and a border of one more is there to interpolate. */
+void nph_tpm_small(const NphJob *job, int origin[2], int size[2]);
+
+#endif

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "method/temporal_photons/tpm_cache.h"
+
+#include <string.h>
+
+#include "core/memory.h"
+#include "core/message.h"
+#include "core/pool.h"
+
+enum { ROWS = 32 }; /* of J in a block */
+
+static int64_t blocks_of(int64_t photons) { return (photons + NPH_TPM_BLOCK - 1) / NPH_TPM_BLOCK; }
+
+static NphStatus allocate(NphTpmCache *cache, const NphJob *job) {
+    NphContext *context = cache->context;
+    size_t threads = (size_t)nph_context_threads(context), real = job->precision == 32 ? 4 : 8;
+    size_t cells = (size_t)nph_tpm_cells(cache->choice.cells), fine = (size_t)nph_tpm_cells(cache->choice.fine);
+    NPH_TRY(NPH_NEW(context, threads * (size_t)cache->values, "partial caches", &cache->added));
+    NPH_TRY(NPH_NEW(context, cache->values, "cache", &cache->sums));
+    NPH_TRY(nph_alloc(context, cells * NPH_TPM_FIELDS, real, "cells", &cache->coarse));
+    NPH_TRY(nph_alloc(context, fine * NPH_TPM_FIELDS, real, "cells at the resolution of the density", &cache->fine));
+    NPH_TRY(NPH_NEW(context, threads, "blocks", &cache->scratch));
+    NPH_TRY(NPH_NEW(context, threads, "ledgers", &cache->ledgers));
+    NPH_TRY(NPH_NEW(context, threads, "tallies", &cache->tallies));
+    NPH_TRY(NPH_NEW(context, threads, "stage counts", &cache->stages));
+    for (size_t w = 0; w < threads; w++)
+        NPH_TRY(nph_alloc(context, cache->kernels.trace_bytes((int64_t)cells, cache->choice.shared), 1, "photons of a block", &cache->scratch[w]));
+    return NPH_OK;
+}
+
+NphStatus nph_tpm_cache_open(const NphJob *job, const NphTpmChoice *choice, const void *scene, NphTpmCache *cache) {
+    NphTpmCache made = {.context = job->context, .choice = *choice, .scene = scene, .frame = job->frame};
+    nph_tpm_kernels(job->precision, nph_context_isa(job->context), &made.kernels);
+    made.values = NPH_TPM_KINDS * nph_tpm_cells(choice->cells) * NPH_TPM_VALUES;
+    for (int k = 0; k < NPH_TPM_KINDS; k++) made.blocks[k] = blocks_of(choice->photons[k]);
+    NphStatus status = allocate(&made, job);
+    if (status != NPH_OK) {
+        nph_tpm_cache_close(&made);
+        return status;
+    }
+    *cache = made;
+    return NPH_OK;
+}
+
+void nph_tpm_cache_close(NphTpmCache *cache) {
+    NphContext *context = cache->context;
+    for (int w = 0; cache->scratch && w < nph_context_threads(context); w++) nph_free(context, cache->scratch[w]);
+    nph_free(context, cache->stages);
+    nph_free(context, cache->tallies);
+    nph_free(context, cache->ledgers);
+    nph_free(context, cache->scratch);
+    nph_free(context, cache->fine);
+    nph_free(context, cache->coarse);
+    nph_free(context, cache->sums);
+    nph_free(context, cache->added);
+}
+
+static NphStatus trace_block(void *opaque, int64_t number, int worker) {
+    NphTpmCache *cache = opaque;
+    int kind = number < cache->blocks[NPH_TPM_SUN] ? NPH_TPM_SUN : NPH_TPM_SKY;
+    int64_t first = (number - (kind == NPH_TPM_SKY ? cache->blocks[NPH_TPM_SUN] : 0)) * NPH_TPM_BLOCK;
+    int64_t left = cache->choice.photons[kind] - first;
+    NphTpmBlock block = {.sample = cache->sample,
+                         .generation = cache->generation,
+                         .kind = kind,
+                         .first = first,
+                         .count = left < NPH_TPM_BLOCK ? (int)left : NPH_TPM_BLOCK,
+                         .partial = cache->added + cache->values * worker + cache->values / NPH_TPM_KINDS * kind,
+                         .scratch = cache->scratch[worker],
+                         .ledger = &cache->ledgers[worker],
+                         .tally = &cache->tallies[worker]};
+    NPH_LAUNCH(&cache->stages[worker], NPH_TPM_TRACE, block.count, cache->kernels.trace(cache->scene, &block));
+    return NPH_OK;
+}
+
+/* I + H_new; the workers' parts are whole numbers, so their order is nobody's business. */
+static void update(NphTpmCache *cache) {
+    int threads = nph_context_threads(cache->context);
+    for (int w = 0; w < threads; w++) {
+        const int64_t *added = cache->added + cache->values * w;
+        for (int64_t i = 0; i < cache->values; i++) cache->sums[i] += added[i];
+    }
+}
+
+static NphStatus upsample_rows(void *opaque, int64_t number, int worker) {
+    NphTpmCache *cache = opaque;
+    const int32_t *n = cache->choice.fine;
+    int64_t rows = (int64_t)n[1] * n[2], first = number * ROWS, end = first + ROWS < rows ? first + ROWS : rows;
+    NPH_LAUNCH(&cache->stages[worker], NPH_TPM_UPSAMPLE, (end - first) * n[0],
+               cache->kernels.upsample(cache->scene, cache->coarse, first, end, cache->fine));
+    return NPH_OK;
+}
+
+NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
+    const NphTpmChoice *choice = &cache->choice;
+    int64_t photons[NPH_TPM_KINDS], rows = (int64_t)choice->fine[1] * choice->fine[2];
+    size_t bytes = (size_t)cache->values * sizeof *cache->sums;
+    cache->sample = sample;
+    memset(cache->sums, 0, bytes);
+    for (int64_t g = choice->first; g <= 0 && choice->traced; g++) {
+        cache->generation = (uint32_t)(cache->frame + g);
+        memset(cache->added, 0, bytes * (size_t)nph_context_threads(cache->context));
+        NPH_TRY(nph_pool_run(cache->context, cache->blocks[0] + cache->blocks[1], trace_block, cache, NULL));
+        NPH_LAUNCH(&cache->stages[0], NPH_TPM_UPDATE, cache->values, update(cache));
+    }
+    for (int k = 0; k < NPH_TPM_KINDS; k++) photons[k] = choice->photons[k] * choice->generations;
+    NPH_LAUNCH(&cache->stages[0], NPH_TPM_RESOLVE, nph_tpm_cells(choice->cells),
+               cache->kernels.resolve(cache->scene, cache->sums, photons, cache->coarse));
+    return nph_pool_run(cache->context, (rows + ROWS - 1) / ROWS, upsample_rows, cache, NULL);
+}
+
+void nph_tpm_cache_ledger(const NphTpmCache *cache, NphTpmLedger *sum) {
+    memset(sum, 0, sizeof *sum);
+    for (int w = 0; w < nph_context_threads(cache->context); w++) {
+        const NphTpmLedger *l = &cache->ledgers[w];
+        sum->emitted += l->emitted;
+        sum->escaped += l->escaped;
+        sum->absorbed += l->absorbed;
+        sum->stopped += l->stopped;
+        sum->begun += l->begun;
+        sum->collided += l->collided;
+        sum->past += l->past;
+        sum->cut += l->cut;
+        sum->photons += l->photons;
+        sum->beams += l->beams;
+        sum->deposits += l->deposits;
+        sum->overflow += l->overflow;
+        sum->nonfinite += l->nonfinite;
+    }
+}
