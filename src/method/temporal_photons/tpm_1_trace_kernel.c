@@ -136,69 +136,92 @@ static void emit(Tracer *t) {
 }
 
 typedef struct Flight {
-    RMedium medium;
     int32_t n[3];
     Real lo[3], hi[3], cell_lo[3], per_unit[3], inverse_density, threshold;
     uint32_t key0, key1, sample;
 } Flight;
 
-/* One tentative event of a lane. */
-#define EVENT(e, word, decision)                                                                                                 \
-    Real length##e = -r_log(R(1.0) - r_uniform(word)) * l->inverse[i];                                                            \
-    x += length##e * l->du[0][i];                                                                                                \
-    y += length##e * l->du[1][i];                                                                                                \
-    z += length##e * l->du[2][i];                                                                                                \
-    inside &= (x >= lo0) & (x < hi0) & (y >= lo1) & (y < hi1) & (z >= lo2) & (z < hi2);                                           \
-    Real u##e = inside ? x : lo0, v##e = inside ? y : lo1, w##e = inside ? z : lo2;                                              \
-    Real part##e = grid ? r_grid_value(lattice, u##e, v##e, w##e) * inverse_density : R(1.0);                                    \
-    int hits##e = inside & !found & (r_uniform(decision) < part##e);                                                             \
-    next0 = hits##e ? x : next0;                                                                                                 \
-    next1 = hits##e ? y : next1;                                                                                                 \
-    next2 = hits##e ? z : next2;                                                                                                 \
-    found |= hits##e;                                                                                                            \
-    int adds##e = inside & deposits;                                                                                             \
-    int32_t c0##e = (int32_t)((u##e - cell0) * per0), c1##e = (int32_t)((v##e - cell1) * per1),                                   \
-            c2##e = (int32_t)((w##e - cell2) * per2);                                                                            \
-    c0##e = c0##e < n0 ? c0##e : n0 - 1;                                                                                         \
-    c1##e = c1##e < n1 ? c1##e : n1 - 1;                                                                                         \
-    c2##e = c2##e < n2 ? c2##e : n2 - 1;                                                                                         \
-    l->cell[e][i] = adds##e ? (c2##e * n1 + c1##e) * n0 + c0##e : -1;                                                            \
-    l->amount[e][i] = left * l->gain[i];                                                                                         \
-    Real lost##e = adds##e ? left * part##e : R(0.0);                                                                            \
-    collided += lost##e;                                                                                                         \
-    left -= lost##e;                                                                                                             \
-    deposits &= !(left < threshold)
+/* The state of a lane while it flies. */
+typedef struct Lane {
+    Real x, y, z, left, collided, next0, next1, next2;
+    int inside, found, deposits;
+} Lane;
+
+/* One tentative event: word for its distance, decision whether it is real. Comparisons are joined by & and lookups always made,
+ * so that no lane branches. */
+R_INLINE Lane event(Lane lane, Lanes *restrict l, int i, int e, const Flight *f, const RGrid *lattice, int grid, uint32_t word,
+                    uint32_t decision) {
+    Real length = -r_log(R(1.0) - r_uniform(word)) * l->inverse[i];
+    lane.x += length * l->du[0][i];
+    lane.y += length * l->du[1][i];
+    lane.z += length * l->du[2][i];
+    lane.inside &= (lane.x >= f->lo[0]) & (lane.x < f->hi[0]) & (lane.y >= f->lo[1]) & (lane.y < f->hi[1]) & (lane.z >= f->lo[2]) &
+                   (lane.z < f->hi[2]);
+    Real u = lane.inside ? lane.x : f->lo[0], v = lane.inside ? lane.y : f->lo[1], w = lane.inside ? lane.z : f->lo[2];
+    Real part = grid ? r_grid_value(lattice, u, v, w) * f->inverse_density : R(1.0);
+    int hits = lane.inside & (lane.found ^ 1) & (r_uniform(decision) < part), adds = lane.inside & lane.deposits;
+    lane.next0 = hits ? lane.x : lane.next0;
+    lane.next1 = hits ? lane.y : lane.next1;
+    lane.next2 = hits ? lane.z : lane.next2;
+    lane.found |= hits;
+    int32_t c0 = (int32_t)((u - f->cell_lo[0]) * f->per_unit[0]), c1 = (int32_t)((v - f->cell_lo[1]) * f->per_unit[1]);
+    int32_t c2 = (int32_t)((w - f->cell_lo[2]) * f->per_unit[2]);
+    c0 = c0 < f->n[0] ? c0 : f->n[0] - 1;
+    c1 = c1 < f->n[1] ? c1 : f->n[1] - 1;
+    c2 = c2 < f->n[2] ? c2 : f->n[2] - 1;
+    int32_t cell = (c2 * f->n[1] + c1) * f->n[0] + c0;
+    Real lost = (adds ? lane.left : R(0.0)) * part;
+    l->cell[e][i] = adds ? cell : -1;
+    l->amount[e][i] = lane.left * l->gain[i];
+    lane.collided += lost;
+    lane.left -= lost;
+    lane.deposits = lane.left < f->threshold ? 0 : lane.deposits;
+    return lane;
+}
 
 /* Two events for every lane. */
-R_OUTLINE void fly(Lanes *restrict l, const Flight *restrict f, const RGrid *restrict lattice, int grid, int alive) {
-    const int count = whole_vectors(alive);
-    const Real lo0 = f->lo[0], lo1 = f->lo[1], lo2 = f->lo[2], hi0 = f->hi[0], hi1 = f->hi[1], hi2 = f->hi[2];
-    const Real cell0 = f->cell_lo[0], cell1 = f->cell_lo[1], cell2 = f->cell_lo[2];
-    const Real per0 = f->per_unit[0], per1 = f->per_unit[1], per2 = f->per_unit[2];
-    const Real inverse_density = f->inverse_density, threshold = f->threshold;
-    const int32_t n0 = f->n[0], n1 = f->n[1], n2 = f->n[2];
-    const uint32_t key0 = f->key0, key1 = f->key1, sample = f->sample;
+R_INLINE void fly_lanes(Lanes *restrict l, const Flight *from, const RGrid *lattice, int grid, int alive) {
+    const Flight f = *from;
+    const RGrid view = *lattice;
+    int count = whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
-        NphWords words = nph_philox(key0, key1, l->photon[i], sample, l->order[i], l->draw[i]);
-        Real x = l->u[0][i], y = l->u[1][i], z = l->u[2][i], left = l->left[i], collided = l->collided[i];
-        Real next0 = l->next[0][i], next1 = l->next[1][i], next2 = l->next[2][i];
-        int inside = 1, found = l->found[i], deposits = l->deposits[i];
-        EVENT(0, words.w0, words.w1);
-        EVENT(1, words.w2, words.w3);
-        l->u[0][i] = x;
-        l->u[1][i] = y;
-        l->u[2][i] = z;
-        l->next[0][i] = next0;
-        l->next[1][i] = next1;
-        l->next[2][i] = next2;
-        l->left[i] = left;
-        l->collided[i] = collided;
-        l->found[i] = found;
-        l->deposits[i] = deposits;
+        NphWords words = nph_philox(f.key0, f.key1, l->photon[i], f.sample, l->order[i], l->draw[i]);
+        Lane lane = {l->u[0][i],    l->u[1][i],    l->u[2][i],    l->left[i], l->collided[i], l->next[0][i],
+                     l->next[1][i], l->next[2][i], 1,             l->found[i], l->deposits[i]};
+        lane = event(lane, l, i, 0, &f, &view, grid, words.w0, words.w1);
+        lane = event(lane, l, i, 1, &f, &view, grid, words.w2, words.w3);
+        l->u[0][i] = lane.x;
+        l->u[1][i] = lane.y;
+        l->u[2][i] = lane.z;
+        l->next[0][i] = lane.next0;
+        l->next[1][i] = lane.next1;
+        l->next[2][i] = lane.next2;
+        l->left[i] = lane.left;
+        l->collided[i] = lane.collided;
+        l->found[i] = lane.found;
+        l->deposits[i] = lane.deposits;
         l->draw[i] += 1u;
-        int over = (!inside) | (found & !deposits);
-        l->state[i] = over ? (found ? SCATTERS : OVER) : FLIES;
+        int over = (lane.inside ^ 1) | (lane.found & (lane.deposits ^ 1)), then = lane.found ? SCATTERS : OVER;
+        l->state[i] = over ? then : FLIES;
     }
+}
+
+R_OUTLINE void fly_grid(Lanes *restrict l, const Flight *restrict f, const RGrid *restrict lattice, const int32_t *restrict brick_index,
+                        const float *restrict values, int alive) {
+    RGrid view = *lattice;
+    view.brick_index = brick_index;
+    view.values = values;
+    fly_lanes(l, f, &view, 1, alive);
+}
+
+R_OUTLINE void fly_box(Lanes *restrict l, const Flight *restrict f, const RGrid *restrict lattice, int alive) {
+    fly_lanes(l, f, lattice, 0, alive);
+}
+
+static void fly(Tracer *t, const Flight *flight) {
+    const RGrid *grid = &t->scene->medium.grid;
+    if (t->scene->medium.shape == NPH_SHAPE_GRID) fly_grid(&t->lanes, flight, grid, grid->brick_index, grid->values, t->alive);
+    else fly_box(&t->lanes, flight, grid, t->alive);
 }
 
 static void deposit(Tracer *t) {
@@ -366,7 +389,7 @@ void NPH_KERNEL(nph_tpm_trace)(const void *memory, const NphTpmBlock *block) {
     }
     emit(t);
     while (t->alive > 0) {
-        fly(&t->lanes, &flight, &medium->grid, medium->shape == NPH_SHAPE_GRID, t->alive);
+        fly(t, &flight);
         block->tally->tentative += 2 * (int64_t)t->alive;
         if (scene->shared) deposit(t);
         else deposit_each(t);
