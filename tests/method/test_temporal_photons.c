@@ -197,10 +197,281 @@ START_TEST(without_shortcuts_the_fluence_of_cells_is_that_of_the_path_tracer) {
 }
 END_TEST
 
+static void ledger_of(const char *yaml, int precision, const char *knobs, NphTpmLedger *ledger) {
+    Cache c;
+    cache_open(&c, yaml, precision, 3, knobs);
+    ck_assert_int_eq(nph_tpm_cache_make(&c.cache, 0), NPH_OK);
+    nph_tpm_cache_ledger(&c.cache, ledger);
+    cache_close(&c);
+}
+
+#define GREY    CUBE("8", "0.9", "0.8")
+#define COLOURS CUBE("8", "[0.9, 1, 0.3]", "0.8")
+#define PUFF    "density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.05, albedo: [1, 0.8, 0.95], phase: {type: hg, g: 0.5}"
+
+/* Entries are rounded to half a unit each: as many as there are photons and scatterings. Beams add up what they lose event by
+ * event, which f32 does to its own precision. */
+START_TEST(what_photons_carry_is_escaped_or_absorbed_and_what_beams_carry_collides_or_leaves) {
+    static const char *const scenes[] = {SCENE(CAMERA, GREY, SUN WHITE), SCENE(CAMERA, COLOURS, SUN WHITE), SCENE(CAMERA, PUFF, SUN)};
+    for (int i = 0; i < 3; i++)
+        for (int precision = 32; precision <= 64; precision += 32) {
+            NphTpmLedger l;
+            ledger_of(scenes[i], precision, PLAIN "tpm.similarity=0.3 tpm.photons=4000 tpm.generations=2", &l);
+            double rounds = 0.5 * (double)(l.photons + 2 * l.beams), walks = (double)(l.emitted - l.escaped - l.absorbed - l.stopped);
+            double beams = (double)(l.begun - l.collided - l.past - l.cut), own = precision == 32 ? 1e-6 * (double)l.begun : 0.0;
+            printf("    scene %d f%d: %lld photons, %lld beams; walks are %.0f units off, beams %.0f of %lld\n", i, precision,
+                   (long long)l.photons, (long long)l.beams, walks, beams, (long long)l.begun);
+            ck_assert_int_gt(l.escaped, 0);
+            ck_assert_int_gt(l.collided, 0);
+            ck_assert(i < 2 || l.cut > 0); /* in a box the first event takes all */
+            ck_assert_int_eq(l.overflow + l.nonfinite, 0);
+            ck_assert_double_le(fabs(walks), rounds + own);
+            ck_assert_double_le(fabs(beams), rounds + own);
+        }
+}
+END_TEST
+
+static void same_image(const NphImage *a, const NphImage *b, const char *what) {
+    size_t bytes = sizeof(float) * (size_t)a->width * (size_t)a->height;
+    ck_assert_int_eq(a->channel_count, b->channel_count);
+    for (int c = 0; c < a->channel_count; c++)
+        ck_assert_msg(memcmp(a->channels[c].pixels, b->channels[c].pixels, bytes) == 0, "%s: %s differs", what, a->channels[c].name);
+}
+
+static NphRenderOptions options_of(int precision, int count, const char *const *knobs) {
+    NphRenderOptions options = render_options(16, precision);
+    options.method = "temporal_photons";
+    options.knob_count = count;
+    options.knobs = knobs;
+    return options;
+}
+
+static const char *const few[] = {"tpm.photons=600", "tpm.generations=3", "tpm.cells=200", "tpm.noise=0.5", "tpm.similarity=0.3"};
+#define TILES "resolution: [37, 21], position: [-2, -2, 0.9], look_at: [0.5, 0.5, 0.5], fov: 40"
+
+START_TEST(any_number_of_threads_and_a_full_plan_give_the_same_bytes) {
+    static const char *const scenes[] = {SCENE(TILES, COLOURS, SUN WHITE), SCENE(TILES, PUFF, SUN WHITE)};
+    static const int threads[] = {2, 3, 7};
+    for (int i = 0; i < 2; i++)
+        for (int precision = 32; precision <= 64; precision += 32) {
+            RenderCase one, other;
+            NphRenderOptions options = options_of(precision, 5, few);
+            render_case(&one, scenes[i], &options, 1);
+            ck_assert_double_gt(render_mean(&one, "R"), 0.01);
+            for (int t = 0; t < 4; t++) {
+                options.plan_full = t == 3;
+                render_case(&other, scenes[i], &options, threads[t % 3]);
+                same_image(&one.image, &other.image, t == 3 ? "full plan" : "threads");
+                render_free(&other);
+            }
+            render_free(&one);
+        }
+}
+END_TEST
+
+START_TEST(a_crop_shows_the_pixels_of_the_whole_picture) {
+    RenderCase whole, part;
+    NphRenderOptions options = options_of(32, 5, few);
+    render_case(&whole, SCENE(TILES, PUFF, SUN WHITE), &options, 2);
+    options.crop_given = 1;
+    memcpy(options.crop, (const int[4]){7, 5, 30, 18}, sizeof options.crop);
+    render_case(&part, SCENE(TILES, PUFF, SUN WHITE), &options, 2);
+    const float *a = nph_image_channel(&whole.image, "R")->pixels, *b = nph_image_channel(&part.image, "R")->pixels;
+    int width = whole.image.width, narrow = part.image.width;
+    for (int y = 5; y < 18; y++)
+        for (int x = 7; x < 30; x++)
+            ck_assert_msg(!(a[y * width + x] < b[narrow == width ? y * width + x : (y - 5) * narrow + x - 7] ||
+                            a[y * width + x] > b[narrow == width ? y * width + x : (y - 5) * narrow + x - 7]),
+                          "pixel %d,%d", x, y);
+    render_free(&part);
+    render_free(&whole);
+}
+END_TEST
+
+/* A frame is the sum of its generations, each a function of its number: from one frame to the next the newest joins and the oldest
+ * leaves, wherever the sequence is entered. */
+START_TEST(the_next_frame_is_the_last_with_one_generation_exchanged) {
+    enum { M = 3, VALUES = 64 * NPH_TPM_KINDS * NPH_TPM_VALUES };
+    static int64_t frame[2][VALUES], single[M + 1][VALUES];
+    for (int i = 0; i < 2 + M + 1; i++) {
+        Cache c;
+        cache_open(&c, SCENE(CAMERA, GREY, SUN WHITE), 32, 2, PLAIN "tpm.photons=900 tpm.generations=3");
+        c.cache.frame = i < 2 ? 1000000 + i : 1000000 + i - 2 - (M - 1);
+        if (i >= 2) c.cache.choice.first = 0; /* one generation, in the units of all */
+        ck_assert_int_eq(nph_tpm_cache_make(&c.cache, 5), NPH_OK);
+        memcpy(i < 2 ? frame[i] : single[i - 2], c.cache.sums, sizeof frame[0]);
+        cache_close(&c);
+    }
+    ck_assert_int_ne(memcmp(frame[0], frame[1], sizeof frame[0]), 0);
+    for (int i = 0; i < VALUES; i++) ck_assert_int_eq(frame[1][i], frame[0][i] - single[0][i] + single[M][i]);
+}
+END_TEST
+
+/* Far inside a thick medium light has diffused: reduced by 1 - g it goes as far as it did, by the root it does not. */
+START_TEST(similarity_keeps_the_fluence_and_the_printed_root_does_not) {
+    static const char *const knobs[] = {"tpm.similarity=0", "tpm.similarity=0.05", "tpm.similarity=0.05 tpm.variant=1"};
+    double deep[3], error[3];
+    if (!nph_test_statistics("similarity")) return;
+    for (int k = 0; k < 3; k++) {
+        Cache c;
+        Means means;
+        char all[256];
+        int at = (1 * 4 + 1) * 4 + 3; /* the far side */
+        snprintf(all, sizeof all, "tpm.cells_x=4 tpm.cells_y=4 tpm.cells_z=4 tpm.photons=6000 tpm.generations=2 %s", knobs[k]);
+        cache_open(&c, SCENE(CAMERA, CUBE("60", "1", "0.9"), SUN), 32, 2, all);
+        measure(&c, 16, &means);
+        deep[k] = means.mean[at];
+        error[k] = sqrt(means.variance[at]);
+        printf("    far side, %s: %.4f +- %.4f\n", knobs[k], deep[k], error[k]);
+        cache_close(&c);
+    }
+    ck_assert_double_lt(fabs(deep[1] - deep[0]), 4.0 * hypot(error[0], error[1]) + 0.03 * deep[0]);
+    ck_assert_double_gt(fabs(deep[2] - deep[0]), 0.15 * deep[0]);
+}
+END_TEST
+
+/* The picture of a furnace is as bright as its sky, with every kind of upsampling, marched to the end in small steps. */
+START_TEST(a_furnace_is_white_whatever_the_upsampling) {
+    static const char *const upsampling[] = {"tpm.upsampling=0", "tpm.upsampling=1", "tpm.upsampling=2"};
+    for (int u = 0; u < 3; u++) {
+        const char *knobs[] = {upsampling[u], "tpm.photons=20000", "tpm.generations=2", "tpm.cells=200", "tpm.exit=0", "tpm.threshold=0.001"};
+        RenderCase render;
+        NphRenderOptions options = options_of(32, 6, knobs);
+        render_case(&render, SCENE(TILES, "density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.03, phase: {type: hg, g: 0.5}", WHITE),
+                    &options, 2);
+        double mean = render_mean(&render, "R"), error = render_error(&render, "R");
+        printf("    %s: %.5f +- %.5f\n", upsampling[u], mean, error);
+        fflush(stdout);
+        ck_assert_double_lt(error, 0.003);
+        ck_assert_double_lt(fabs(mean - 1.0), 4.0 * error + 1e-4);
+        render_free(&render);
+    }
+}
+END_TEST
+
+#define AT(medium, lights) SCENE("resolution: [8, 8], position: [-2, -2, 0.5], look_at: [0.5, 0.5, 0.5], fov: 30", medium, lights)
+#define UP "  - {type: sun, direction: [0, 0, 1], irradiance: 2}\n"
+#define LEVEL "  - {type: sun, direction: [1, 0, 0], irradiance: 2}\n"
+#define BELOW "  - {type: sun, direction: [0.3, 0, -1], irradiance: 2}\n"
+
+START_TEST(extremes_stay_finite_and_say_so) {
+    static const char *const scenes[] = {
+        AT(CUBE("4", "1", "0"), SUN), AT(CUBE("400", "1", "0.9999"), SUN), AT(CUBE("4", "1", "-0.9"), SUN), AT(CUBE("0", "1", "0"), SUN),
+        AT(CUBE("1e6", "0.5", "0.3"), SUN WHITE), AT(PUFF, UP), AT(PUFF, LEVEL), AT(PUFF, BELOW), AT(CUBE("4", "0", "0.5"), SUN WHITE),
+        AT(CUBE("4", "1", "0.5"), "  - {type: point, position: [0.5, 0.5, 0.5], intensity: 1}\n"),
+        "nephos: 1\ncamera: {resolution: [8, 8], position: [-2, -2, 0.5], look_at: [0.5, 0.5, 0.5], fov: 30}\nlights:\n" SUN,
+    };
+    static const char *const sets[][5] = {{"tpm.photons=1", "tpm.generations=1", "tpm.cells=1", "tpm.steps=10", "tpm.noise=0"},
+                                          {"tpm.photons=300", "tpm.generations=2", "tpm.cells=64", "tpm.variant=1", "tpm.steps=50"},
+                                          {"tpm.photons=300", "tpm.generations=2", "tpm.cells=5000", "tpm.noise=2", "tpm.sky_lobe=1"}};
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++)
+        for (int k = 0; k < 3; k++)
+            for (int precision = 32; precision <= 64; precision += 32) {
+                RenderCase render;
+                NphRenderOptions options = options_of(precision, 5, sets[k]);
+                options.frame = k == 2 ? 1000000 : 0;
+                NphStatus status = render_try(&render, scenes[i], &options, 2);
+                ck_assert_msg(status == NPH_OK, "scene %zu, set %d: %s", i, k, nph_test_messages());
+                ck_assert_int_eq(render.statistics.nonfinite, 0);
+                ck_assert_double_ge(render_mean(&render, "R"), 0.0);
+                render_free(&render);
+            }
+}
+END_TEST
+
+START_TEST(what_the_method_cannot_do_is_refused_by_name) {
+    static const struct {
+        const char *scene, *says;
+    } cases[] = {
+        {AT("box: [[0, 0, 0], [1, 1, 1]], extinction: [1, 2, 3]", SUN), "extinction differs"},
+        {AT("box: [[0, 0, 0], [1, 1, 1]], extinction: 1, phase: {type: rayleigh}", SUN), "phase function hg"},
+        {AT("box: [[0, 0, 0], [1, 1, 1]], extinction: 1}\n  - {box: [[0, 0, 0], [1, 1, 2]], extinction: 2", SUN), "one medium"},
+        {AT("layer: [0, 1], extinction: 1", SUN), "layer"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        RenderCase render;
+        NphRenderOptions options = options_of(32, 0, NULL);
+        ck_assert_int_eq(render_try(&render, cases[i].scene, &options, 1), NPH_BAD_SCENE);
+        const char *messages = nph_test_messages();
+        ck_assert_msg(strstr(messages, cases[i].says) != NULL, "%s", messages);
+        render_free(&render);
+    }
+}
+END_TEST
+
+START_TEST(the_plan_names_the_memory_of_the_run) {
+    NphContext *context = nph_test_context(3);
+    NphScene *scene = NULL;
+    NphPlan plan;
+    NphFilm *film = NULL;
+    const char *knobs[] = {"tpm.photons=300", "tpm.generations=1", "tpm.steps=10"}, *yaml = SCENE(TILES, PUFF, SUN WHITE);
+    NphRenderOptions options = options_of(32, 3, knobs);
+    ck_assert_int_eq(nph_scene_parse(context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"), &scene), NPH_OK);
+    ck_assert_int_eq(nph_plan_make(context, scene, &options, &plan), NPH_OK);
+    ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_OK);
+    double planned = (double)plan.bytes, used = (double)nph_context_peak_bytes(context);
+    printf("    planned %.0f, used %.0f\n", planned, used);
+    ck_assert_double_gt(planned, 0.9 * used);
+    ck_assert_double_lt(planned, 1.1 * used);
+    nph_plan_free(context, &plan);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
+static NphScene *parse(NphContext *context, const char *yaml) {
+    NphScene *scene = NULL;
+    NphStatus status = nph_scene_parse(context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"), &scene);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    return scene;
+}
+
+START_TEST(memory_that_is_refused_anywhere_leaves_nothing_behind) {
+    const char *yaml = AT(PUFF, SUN), *knobs[] = {"tpm.photons=30", "tpm.generations=1", "tpm.steps=10", "tpm.cells=8"};
+    NphRenderOptions options = options_of(32, 4, knobs);
+    NphContext *counter = nph_test_context(2);
+    NphScene *scene = parse(counter, yaml);
+    NphFilm *film = NULL;
+    uint64_t before = nph_context_allocations(counter);
+    ck_assert_int_eq(nph_render(counter, scene, &options, &film, NULL), NPH_OK);
+    uint64_t count = nph_context_allocations(counter) - before;
+    nph_film_free(counter, film);
+    nph_scene_free(counter, scene);
+    nph_test_context_close(counter);
+    ck_assert_uint_gt(count, 10);
+    for (uint64_t n = 1; n <= count; n++) {
+        NphSettings settings;
+        NphContext *context = NULL;
+        nph_settings_default(&settings);
+        settings.threads = 2;
+        settings.fail_allocation = before + n;
+        film = NULL;
+        ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
+        scene = parse(context, yaml);
+        ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_NO_MEMORY);
+        ck_assert_ptr_null(film);
+        nph_scene_free(context, scene);
+        ck_assert_uint_eq(nph_context_bytes(context), 0);
+        nph_context_close(context);
+    }
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, in_a_white_furnace_every_cell_has_four_pi);
     tcase_add_test(cases, a_sun_without_scattering_falls_by_beers_law_and_keeps_its_direction);
     tcase_add_test(cases, without_shortcuts_the_fluence_of_cells_is_that_of_the_path_tracer);
+    tcase_add_test(cases, what_photons_carry_is_escaped_or_absorbed_and_what_beams_carry_collides_or_leaves);
+    tcase_add_test(cases, any_number_of_threads_and_a_full_plan_give_the_same_bytes);
+    tcase_add_test(cases, a_crop_shows_the_pixels_of_the_whole_picture);
+    tcase_add_test(cases, the_next_frame_is_the_last_with_one_generation_exchanged);
+    tcase_add_test(cases, similarity_keeps_the_fluence_and_the_printed_root_does_not);
+    tcase_add_test(cases, a_furnace_is_white_whatever_the_upsampling);
+    tcase_add_test(cases, extremes_stay_finite_and_say_so);
+    tcase_add_test(cases, what_the_method_cannot_do_is_refused_by_name);
+    tcase_add_test(cases, the_plan_names_the_memory_of_the_run);
+    tcase_add_test(cases, memory_that_is_refused_anywhere_leaves_nothing_behind);
 }
 
 int main(void) { return nph_test_main("temporal_photons", fill); }

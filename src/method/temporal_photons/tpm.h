@@ -134,7 +134,7 @@ typedef struct NphTpmKernels {
     void (*trace)(const void *scene, const NphTpmBlock *block);
     /* sums [kind][cell][NPH_TPM_VALUES] of photons[kind] photons -> coarse [cell][NPH_TPM_FIELDS] */
     void (*resolve)(const void *scene, const int64_t *sums, const int64_t photons[NPH_TPM_KINDS], void *coarse);
-    /* Rows [first, end) of J, counted through z and y: fine [cell][NPH_TPM_FIELDS] */
+    /* What lies in the coarse cells [first, end) of J: fine [cell][NPH_TPM_FIELDS] */
     void (*upsample)(const void *scene, const void *coarse, int64_t first, int64_t end, void *fine);
     /* Rows [first, end) of the small picture [pixel][NPH_SAMPLE_FIELDS]; steps: how many there were. */
     void (*march)(const void *scene, const void *fine, uint32_t sample, int first, int end, void *picture, int64_t *steps);

@@ -9,78 +9,130 @@
  *   cosine      sum I_g(q) e^(-(1-g) delta) w / sum w, delta the depth of p less that of q: after delta events in the mean the
  *               cosine falls by that (docs/errata.md); in print g^delta, which stands in the denominator too and cancels there
  * The exponentials of all cells are taken relative to the largest: however dense the medium, one of them is 1. Where nothing
- * weighs anything, I is interpolated. `gaussian` is the joint bilateral filter that the paper compares with [Kopf07]. */
+ * weighs anything, I is interpolated. `gaussian` is the joint bilateral filter that the paper compares with [Kopf07].
+ *
+ * A block is one coarse cell: all the fine ones in it have the same neighbourhood. Where there is no density in a fine cell nor in
+ * those around it, nothing will be looked up: it stays 0. */
 #include "method/temporal_photons/tpm_state.h"
 
 void NPH_KERNEL(nph_tpm_upsample)(const void *memory, const void *coarse, int64_t first, int64_t end, void *fine);
 
-enum { NEAR = 5 * 5 * 5 };
+enum { NEAR = 5 * 5 * 5, CELLS = 512 };
 
-typedef struct Around {
-    const Real *cell[NEAR];
-    Real distance[NEAR], unlike[NEAR], rate[NEAR], least;
+/* A cell of the neighbourhood: its values, middle [m from the low corner], and density over the largest. */
+typedef struct Neighbour {
+    Real value[NPH_TPM_FIELDS], at[3], density;
+} Neighbour;
+
+/* Fine cells of a block: place [m from the low corner], density, mean depth where they are; and the sums over neighbours. */
+typedef struct Block {
+    Real at[3][CELLS], density[CELLS], depth[CELLS], least[CELLS];
+    Real sum[CELLS], bent[CELLS], cosine[CELLS], total[NPH_TPM_FIELDS][CELLS];
+    int64_t cell[CELLS];
     int count;
-} Around;
+} Block;
+
+/* What is the same for all of a run: radius r [m]; tau is half_sigma times the sum (or difference) of densities. */
+typedef struct Filter {
+    Real radius, half_sigma, sign, switch_at, fall, wide, wide_density;
+    int gaussian;
+} Filter;
+
+static Filter filter_of(const RTpmScene *scene) {
+    const RPhase *phase = &scene->medium.phase;
+    int hg = phase->kind == NPH_PHASE_HG;
+    Real g = hg ? r_abs(phase->g0) : R(0.0), rest = hg ? phase->rest0 : R(1.0);
+    Filter f = {.radius = R_HUGE, .half_sigma = R(0.5) * scene->majorant * scene->medium.albedo[0], .sign = scene->paper ? R(-1.0) : R(1.0)};
+    for (int a = 0; a < 3; a++) f.radius = r_min(f.radius, ((Real)scene->reach + R(0.5)) * scene->coarse.edge[a]);
+    f.switch_at = NPH_PRECISION == 32 ? R(0.03) : R(1e-3);
+    f.gaussian = scene->upsampling == NPH_TPM_GAUSSIAN;
+    f.fall = f.gaussian ? R(0.0) : scene->paper ? -r_log(r_max(g, R(1e-3))) : rest;
+    f.wide = R(1.0) / (scene->spread * f.radius);
+    f.wide_density = R(1.0) / scene->spread_density;
+    return f;
+}
+
+R_INLINE Real distance_to(const Neighbour *q, Real x, Real y, Real z) {
+    Real u = x - q->at[0], v = y - q->at[1], w = z - q->at[2];
+    return r_sqrt(u * u + v * v + w * w);
+}
+
+/* The least tau d of all neighbours. */
+R_OUTLINE void find_least(Block *restrict block, const Neighbour *restrict q, Real half_sigma, Real sign) {
+    int count = block->count;
+    for (int i = 0; i < count; i++) { /* vec */
+        Real tau = half_sigma * (block->density[i] + sign * q->density);
+        Real depth = tau * distance_to(q, block->at[0][i], block->at[1][i], block->at[2][i]);
+        block->least[i] = depth < block->least[i] ? depth : block->least[i];
+    }
+}
+
+/* f_exp times e^least; below x = tau r = switch_at its series to the second order. */
+R_INLINE Real truncated(Real tau, Real d, Real r, Real least, Real switch_at) {
+    Real x = tau * r, y = tau * d, left = r - d, mean = R(2.0) * left / (r * r);
+    int flat = r_abs(x) < switch_at, beyond = !(left > R(0.0)) | (x < R(-60.0)); /* a difference, in print: all of it lies at r */
+    Real series = mean * (R(1.0) - R(0.5) * (x + y) + (x * x + x * y + y * y) * R(0.16666666666666667)) /
+                  (R(1.0) - x * R(0.66666666666666667) + R(0.25) * x * x);
+    Real at = r_exp(least - y), border = r_exp(r_max(least - x, R(-80.0))), tail = r_exp(r_max(-x, R(-80.0)));
+    Real whole = R(1.0) - tail * (R(1.0) + x), closed = tau * (at - border) / (flat ? R(1.0) : whole);
+    Real value = flat ? series * r_exp(least) : closed;
+    return beyond ? R(0.0) : value;
+}
+
+R_INLINE void add_neighbour(Block *restrict block, const Neighbour *restrict q, const Filter *filter, int gaussian) {
+    const Filter f = *filter;
+    const Neighbour from = *q;
+    int count = block->count;
+    for (int i = 0; i < count; i++) { /* vec */
+        Real d = distance_to(&from, block->at[0][i], block->at[1][i], block->at[2][i]), unlike = r_abs(block->density[i] - from.density), weight;
+        if (gaussian) {
+            Real u = d * f.wide, v = unlike * f.wide_density;
+            weight = r_exp(R(-0.5) * (u * u + v * v));
+        } else {
+            Real tau = f.half_sigma * (block->density[i] + f.sign * from.density), like = R(1.0) - unlike;
+            weight = truncated(tau, d, f.radius, block->least[i], f.switch_at) * (like > R(0.0) ? like : R(0.0));
+        }
+        Real fall = r_exp(-r_clamp(f.fall * (block->depth[i] - from.value[NPH_TPM_I_DEPTH]), R(-40.0), R(40.0)));
+        block->sum[i] += weight;
+        block->bent[i] += weight * fall;
+        block->cosine[i] += weight * fall * from.value[NPH_TPM_I_G];
+        for (int v = 0; v < NPH_TPM_FIELDS; v++) block->total[v][i] += weight * from.value[v];
+    }
+}
+
+R_OUTLINE void add_physical(Block *restrict block, const Neighbour *restrict q, const Filter *restrict filter) {
+    add_neighbour(block, q, filter, 0);
+}
+
+R_OUTLINE void add_gaussian(Block *restrict block, const Neighbour *restrict q, const Filter *restrict filter) {
+    add_neighbour(block, q, filter, 1);
+}
 
 static Real density_at(const RTpmScene *scene, const Real p[3]) {
     return r_tpm_density(&scene->medium, p[0], p[1], p[2]) / scene->density_max;
 }
 
-static void look_around(const RTpmScene *scene, const Real *coarse, const Real p[3], Around *out) {
+static Real middle_of(const RTpmGrid *grid, int a, int32_t i) { return grid->lo[a] + ((Real)i + R(0.5)) / grid->per_unit[a]; }
+
+static int look_around(const RTpmScene *scene, const Real *coarse, const int32_t middle[3], Neighbour around[NEAR]) {
     const RTpmGrid *grid = &scene->coarse;
     int32_t low[3], high[3], at[3];
-    Real own = density_at(scene, p), sigma = scene->majorant * scene->medium.albedo[0];
+    int count = 0;
     for (int a = 0; a < 3; a++) {
-        int32_t middle = (int32_t)((p[a] - grid->lo[a]) * grid->per_unit[a]);
-        middle = middle < grid->n[a] ? middle : grid->n[a] - 1;
-        low[a] = middle > scene->reach ? middle - scene->reach : 0;
-        high[a] = middle + scene->reach < grid->n[a] ? middle + scene->reach : grid->n[a] - 1;
+        low[a] = middle[a] > scene->reach ? middle[a] - scene->reach : 0;
+        high[a] = middle[a] + scene->reach < grid->n[a] ? middle[a] + scene->reach : grid->n[a] - 1;
     }
-    out->count = 0;
-    out->least = R_HUGE;
     for (at[2] = low[2]; at[2] <= high[2]; at[2]++)
         for (at[1] = low[1]; at[1] <= high[1]; at[1]++)
             for (at[0] = low[0]; at[0] <= high[0]; at[0]++) {
-                Real q[3], squared = R(0.0);
-                int k = out->count++;
-                for (int a = 0; a < 3; a++) {
-                    Real off = (p[a] - grid->lo[a]) * grid->per_unit[a] - ((Real)at[a] + R(0.5));
-                    q[a] = grid->lo[a] + ((Real)at[a] + R(0.5)) / grid->per_unit[a];
-                    squared += off * off * grid->edge[a] * grid->edge[a];
-                }
-                Real other = density_at(scene, q);
-                out->cell[k] = coarse + r_tpm_cell(grid->n, at[0], at[1], at[2]) * NPH_TPM_FIELDS;
-                out->distance[k] = r_sqrt(squared);
-                out->unlike[k] = r_abs(own - other);
-                out->rate[k] = R(0.5) * sigma * (scene->paper ? own - other : own + other);
-                out->least = r_min(out->least, out->rate[k] * out->distance[k]);
+                Neighbour *q = &around[count++];
+                const Real *cell = coarse + r_tpm_cell(grid->n, at[0], at[1], at[2]) * NPH_TPM_FIELDS;
+                Real p[3] = {middle_of(grid, 0, at[0]), middle_of(grid, 1, at[1]), middle_of(grid, 2, at[2])};
+                for (int v = 0; v < NPH_TPM_FIELDS; v++) q->value[v] = cell[v];
+                for (int a = 0; a < 3; a++) q->at[a] = ((Real)at[a] + R(0.5)) * grid->edge[a];
+                q->density = density_at(scene, p);
             }
-}
-
-/* f_exp times e^least. x = tau r; below 1e-3 the series: 2 (r - d) / r^2 to a thousandth of a thousandth. */
-static Real truncated(Real tau, Real d, Real r, Real least) {
-    Real x = tau * r, left = r - d;
-    if (!(left > R(0.0))) return R(0.0);
-    if (r_abs(x) < R(1e-3)) return R(2.0) * left / (r * r) * r_exp(least);
-    Real whole = -r_expm1(-x), tail = -r_expm1(-tau * left); /* 1 - e^(-tau r); 1 - e^(-tau (r - d)) */
-    if (x < R(-60.0)) return R(0.0); /* of a difference, in print: all of it lies at r */
-    return tau * r_exp(least - tau * d) * tail / (whole - x * r_exp(-x));
-}
-
-static Real weight_of(const RTpmScene *scene, const Around *around, int k, Real radius) {
-    if (scene->upsampling == NPH_TPM_GAUSSIAN) {
-        Real d = around->distance[k] / (scene->spread * radius), u = around->unlike[k] / scene->spread_density;
-        return r_exp(R(-0.5) * (d * d + u * u));
-    }
-    return truncated(around->rate[k], around->distance[k], radius, around->least) * r_max(R(1.0) - around->unlike[k], R(0.0));
-}
-
-static Real fall_of(const RTpmScene *scene, Real delta) {
-    if (scene->upsampling == NPH_TPM_GAUSSIAN) return R(1.0);
-    int hg = scene->medium.phase.kind == NPH_PHASE_HG;
-    Real g = hg ? r_abs(scene->medium.phase.g0) : R(0.0), rest = hg ? scene->medium.phase.rest0 : R(1.0);
-    Real rate = scene->paper ? -r_log(r_max(g, R(1e-3))) : rest;
-    return r_exp(-r_clamp(rate * delta, R(-40.0), R(40.0)));
+    return count;
 }
 
 static void interpolate(const RTpmScene *scene, const Real *coarse, const Real p[3], Real out[NPH_TPM_FIELDS]) {
@@ -92,38 +144,93 @@ static void interpolate(const RTpmScene *scene, const Real *coarse, const Real p
     }
 }
 
-static void upsample_cell(const RTpmScene *scene, const Real *coarse, const Real p[3], Real *out) {
-    Around around;
-    Real plain[NPH_TPM_FIELDS], sum = R(0.0), cosine = R(0.0), bent = R(0.0), radius = R_HUGE;
-    interpolate(scene, coarse, p, plain);
-    for (int v = 0; v < NPH_TPM_FIELDS; v++) out[v] = plain[v];
-    if (scene->upsampling == NPH_TPM_LINEAR) return;
-    look_around(scene, coarse, p, &around);
-    for (int a = 0; a < 3; a++) radius = r_min(radius, ((Real)scene->reach + R(0.5)) * scene->coarse.edge[a]);
-    Real total[NPH_TPM_FIELDS] = {R(0.0)};
-    for (int k = 0; k < around.count; k++) {
-        const Real *cell = around.cell[k];
-        Real weight = weight_of(scene, &around, k, radius), fall = fall_of(scene, plain[NPH_TPM_I_DEPTH] - cell[NPH_TPM_I_DEPTH]);
-        sum += weight;
-        bent += weight * fall;
-        cosine += weight * fall * cell[NPH_TPM_I_G];
-        for (int v = 0; v < NPH_TPM_FIELDS; v++) total[v] += weight * cell[v];
+/* Whether anything is looked up in a fine cell, which is not larger than a voxel then: the density reaches no further than to the
+ * next sample. */
+static int is_seen(const RTpmScene *scene, const Real p[3]) {
+    const RMedium *medium = &scene->medium;
+    if (medium->shape != NPH_SHAPE_GRID || scene->upsampling == NPH_TPM_LINEAR || scene->noise > R(0.0)) return 1;
+    Real most = r_tpm_density(medium, p[0], p[1], p[2]), q[3];
+    const int32_t *n = medium->majorant_n;
+    int32_t c[3];
+    for (int a = 0; a < 3; a++) c[a] = (int32_t)(p[a] * R(0.25)) < n[a] ? (int32_t)(p[a] * R(0.25)) : n[a] - 1;
+    if (most > R(0.0)) return 1;
+    if (medium->majorant[r_tpm_cell(n, c[0], c[1], c[2])] <= -2.0f) return 0; /* nothing in the next four samples */
+    for (int k = 0; k < 27; k++) {
+        int way[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+        for (int a = 0; a < 3; a++) q[a] = r_clamp(p[a] + (Real)way[a], medium->lo[a], medium->hi[a]);
+        most = r_max(most, r_tpm_density(medium, q[0], q[1], q[2]));
+        if (most > R(0.0)) return 1;
     }
-    if (!(sum > R(0.0))) return;
-    for (int v = 0; v < NPH_TPM_FIELDS; v++) out[v] = total[v] / sum;
+    return 0;
+}
+
+static void finish(const RTpmScene *scene, const Block *block, Real *fine) {
     int divide = scene->paper || scene->upsampling == NPH_TPM_GAUSSIAN;
-    out[NPH_TPM_I_G] = r_clamp(cosine / (divide ? bent : sum), R(-1.0), R(1.0));
+    for (int i = 0; i < block->count; i++) {
+        Real *out = fine + block->cell[i] * NPH_TPM_FIELDS; /* holds what is interpolated */
+        if (!(block->sum[i] > R(0.0))) continue;
+        for (int v = 0; v < NPH_TPM_FIELDS; v++) out[v] = block->total[v][i] / block->sum[i];
+        out[NPH_TPM_I_G] = r_clamp(block->cosine[i] / (divide ? block->bent[i] : block->sum[i]), R(-1.0), R(1.0));
+    }
+}
+
+static void filter_block(const RTpmScene *scene, const Filter *filter, Block *block, const Neighbour *around, int neighbours, Real *fine) {
+    for (int i = 0; i < block->count; i++) {
+        block->least[i] = R_HUGE;
+        block->sum[i] = block->bent[i] = block->cosine[i] = R(0.0);
+        for (int v = 0; v < NPH_TPM_FIELDS; v++) block->total[v][i] = R(0.0);
+    }
+    for (int k = 0; k < neighbours && !filter->gaussian; k++) find_least(block, &around[k], filter->half_sigma, filter->sign);
+    for (int k = 0; k < neighbours; k++) (filter->gaussian ? add_gaussian : add_physical)(block, &around[k], filter);
+    finish(scene, block, fine);
+    block->count = 0;
+}
+
+/* The first fine cell of a coarse one along an axis: whose middle is not below its low side. */
+static int32_t first_fine(const RTpmScene *scene, int a, int32_t coarse) {
+    int64_t fine = scene->fine.n[a], cells = scene->coarse.n[a], twice = 2 * fine * coarse - cells;
+    return twice <= 0 ? 0 : (int32_t)((twice + 2 * cells - 1) / (2 * cells));
+}
+
+static void upsample_block(const RTpmScene *scene, const Filter *filter, const Real *coarse, const int32_t middle[3], Real *fine) {
+    const RTpmGrid *grid = &scene->fine;
+    Neighbour around[NEAR];
+    Block block;
+    int neighbours = look_around(scene, coarse, middle, around);
+    int32_t low[3], high[3], at[3];
+    block.count = 0;
+    for (int a = 0; a < 3; a++) {
+        low[a] = first_fine(scene, a, middle[a]);
+        high[a] = middle[a] + 1 < scene->coarse.n[a] ? first_fine(scene, a, middle[a] + 1) : grid->n[a];
+    }
+    for (at[2] = low[2]; at[2] < high[2]; at[2]++)
+        for (at[1] = low[1]; at[1] < high[1]; at[1]++)
+            for (at[0] = low[0]; at[0] < high[0]; at[0]++) {
+                Real p[3] = {middle_of(grid, 0, at[0]), middle_of(grid, 1, at[1]), middle_of(grid, 2, at[2])};
+                int64_t cell = r_tpm_cell(grid->n, at[0], at[1], at[2]);
+                Real *out = fine + cell * NPH_TPM_FIELDS;
+                if (!is_seen(scene, p)) {
+                    for (int v = 0; v < NPH_TPM_FIELDS; v++) out[v] = R(0.0);
+                    continue;
+                }
+                interpolate(scene, coarse, p, out);
+                if (scene->upsampling == NPH_TPM_LINEAR) continue;
+                int i = block.count++;
+                for (int a = 0; a < 3; a++) block.at[a][i] = ((Real)at[a] + R(0.5)) * grid->edge[a];
+                block.density[i] = density_at(scene, p);
+                block.depth[i] = out[NPH_TPM_I_DEPTH];
+                block.cell[i] = cell;
+                if (block.count == CELLS) filter_block(scene, filter, &block, around, neighbours, fine);
+            }
+    filter_block(scene, filter, &block, around, neighbours, fine);
 }
 
 void NPH_KERNEL(nph_tpm_upsample)(const void *memory, const void *coarse, int64_t first, int64_t end, void *fine) {
     const RTpmScene *scene = memory;
-    const RTpmGrid *grid = &scene->fine;
-    for (int64_t row = first; row < end; row++) {
-        Real p[3] = {R(0.0), grid->lo[1] + ((Real)(row % grid->n[1]) + R(0.5)) / grid->per_unit[1],
-                     grid->lo[2] + ((Real)(row / grid->n[1]) + R(0.5)) / grid->per_unit[2]};
-        for (int32_t x = 0; x < grid->n[0]; x++) {
-            p[0] = grid->lo[0] + ((Real)x + R(0.5)) / grid->per_unit[0];
-            upsample_cell(scene, coarse, p, (Real *)fine + (row * grid->n[0] + x) * NPH_TPM_FIELDS);
-        }
+    const int32_t *n = scene->coarse.n;
+    Filter filter = filter_of(scene);
+    for (int64_t i = first; i < end; i++) {
+        int32_t middle[3] = {(int32_t)(i % n[0]), (int32_t)(i / n[0] % n[1]), (int32_t)(i / n[0] / n[1])};
+        upsample_block(scene, &filter, coarse, middle, fine);
     }
 }

@@ -7,7 +7,7 @@
 #include "core/message.h"
 #include "core/pool.h"
 
-enum { ROWS = 32 }; /* of J in a block */
+enum { CELLS = 16 }; /* coarse ones whose fine ones are made at once */
 
 static int64_t blocks_of(int64_t photons) { return (photons + NPH_TPM_BLOCK - 1) / NPH_TPM_BLOCK; }
 
@@ -82,20 +82,20 @@ static void update(NphTpmCache *cache) {
     }
 }
 
-static NphStatus upsample_rows(void *opaque, int64_t number, int worker) {
+static NphStatus upsample_cells(void *opaque, int64_t number, int worker) {
     NphTpmCache *cache = opaque;
-    const int32_t *n = cache->choice.fine;
-    int64_t rows = (int64_t)n[1] * n[2], first = number * ROWS, end = first + ROWS < rows ? first + ROWS : rows;
-    NPH_LAUNCH(&cache->stages[worker], NPH_TPM_UPSAMPLE, (end - first) * n[0],
+    int64_t cells = nph_tpm_cells(cache->choice.cells), first = number * CELLS, end = first + CELLS < cells ? first + CELLS : cells;
+    NPH_LAUNCH(&cache->stages[worker], NPH_TPM_UPSAMPLE, end - first,
                cache->kernels.upsample(cache->scene, cache->coarse, first, end, cache->fine));
     return NPH_OK;
 }
 
 NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
     const NphTpmChoice *choice = &cache->choice;
-    int64_t photons[NPH_TPM_KINDS], rows = (int64_t)choice->fine[1] * choice->fine[2];
+    int64_t photons[NPH_TPM_KINDS], cells = nph_tpm_cells(choice->cells);
     size_t bytes = (size_t)cache->values * sizeof *cache->sums;
     cache->sample = sample;
+    if (choice->medium < 0) return NPH_OK; /* nothing is looked up */
     memset(cache->sums, 0, bytes);
     for (int64_t g = choice->first; g <= 0 && choice->traced; g++) {
         cache->generation = (uint32_t)(cache->frame + g);
@@ -104,9 +104,9 @@ NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
         NPH_LAUNCH(&cache->stages[0], NPH_TPM_UPDATE, cache->values, update(cache));
     }
     for (int k = 0; k < NPH_TPM_KINDS; k++) photons[k] = choice->photons[k] * choice->generations;
-    NPH_LAUNCH(&cache->stages[0], NPH_TPM_RESOLVE, nph_tpm_cells(choice->cells),
+    NPH_LAUNCH(&cache->stages[0], NPH_TPM_RESOLVE, cells,
                cache->kernels.resolve(cache->scene, cache->sums, photons, cache->coarse));
-    return nph_pool_run(cache->context, (rows + ROWS - 1) / ROWS, upsample_rows, cache, NULL);
+    return nph_pool_run(cache->context, (cells + CELLS - 1) / CELLS, upsample_cells, cache, NULL);
 }
 
 void nph_tpm_cache_ledger(const NphTpmCache *cache, NphTpmLedger *sum) {
