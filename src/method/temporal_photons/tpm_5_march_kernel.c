@@ -100,14 +100,34 @@ static void look(Sight *s, const Real p[3], Real t, Real length) {
     tell_step(s, cell, t, density);
 }
 
+/* Steps that meet no density from here on: an empty majorant cell tells how many cells around it are empty too. */
+static int64_t empty_steps(const RTpmScene *scene, const RSpan *span, const Real p[3]) {
+    const RMedium *medium = &scene->medium;
+    const int32_t *n = medium->majorant_n;
+    int32_t c[3];
+    if (medium->shape != NPH_SHAPE_GRID || scene->noise > R(0.0)) return 0;
+    for (int a = 0; a < 3; a++) {
+        int32_t cell = (int32_t)(p[a] * R(0.25)); /* NPH_MAJORANT_CELL */
+        c[a] = cell < n[a] ? cell : n[a] - 1;
+    }
+    float around = -medium->majorant[r_tpm_cell(n, c[0], c[1], c[2])];
+    if (!(around > 0.0f)) return 0;
+    Real speed = r_max(r_abs(span->d[0]), r_max(r_abs(span->d[1]), r_abs(span->d[2])));
+    Real steps = R(4.0) * (Real)(around - 1.0f) / r_max(speed * scene->step, R(1e-12));
+    return 1 + (int64_t)r_min(steps * R(0.9999), R(1e6));
+}
+
 static void through(Sight *s) {
     const RTpmScene *scene = s->scene;
     RSpan span = r_clip(&scene->medium, s->ray.p, s->ray.d, R_HUGE);
     if (!span.inside) return;
-    for (int i = 0;; i++) {
+    for (int64_t i = 0;;) {
         Real from = span.near + (Real)i * scene->step, to = r_min(from + scene->step, span.far), t = R(0.5) * (from + to), p[3];
         if (!(from < to)) return;
-        for (int a = 0; a < 3; a++) p[a] = span.o[a] + t * span.d[a];
+        for (int a = 0; a < 3; a++) p[a] = r_clamp(span.o[a] + t * span.d[a], scene->medium.lo[a], scene->medium.hi[a]);
+        int64_t empty = empty_steps(scene, &span, p);
+        i += empty > 1 ? empty : 1;
+        if (empty > 0) continue;
         look(s, p, t, to - from);
         if (s->T < scene->exit) return;
     }
