@@ -51,7 +51,8 @@ static void add_sky_direction(const NphLight *light, double power, const double 
         const NphEnvironment *map = &light->map;
         towards[2] = 0.0;
         for (int64_t i = 0; i < (int64_t)map->width * map->height; i++) {
-            double polar = (double)(i / map->width), turn = 0.5 - ((double)(i % map->width) + 0.5) / (double)map->width;
+            int64_t row = i / map->width;
+            double polar = (double)row, turn = 0.5 - ((double)(i % map->width) + 0.5) / (double)map->width;
             double top, bottom, middle, sine, cosine, unused, above, below, rotation = light->rotation_rad * 0.15915494309189535;
             nph_sincos2pi(0.5 * polar / (double)map->height, &unused, &above);
             nph_sincos2pi(0.5 * (polar + 1.0) / (double)map->height, &unused, &below);
