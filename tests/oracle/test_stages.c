@@ -40,7 +40,7 @@ static const char *const scenes[] = {
     CAMERA "wavelengths: [420, 480, 550, 600, 690]\n"
            "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [8, 6, 4, 3, 2], albedo: [1, 0.9, 0.8, 0.9, 1], phase: {type: hg, g: 0.8}}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1, 2, 3]}\n",
-    /* channels, a grid over a box, all kinds of lights but a map */
+    /* channels, a grid over a box */
     CAMERA "media:\n"
            "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], phase: {type: two_lobe, g: 0.8, g2: -0.3, weight: 0.7}}\n"
            "  - {" CLOUD ", extinction: [20, 30, 9], albedo: 0.9}\n"
@@ -131,10 +131,8 @@ static NphRenderOptions options_of(int method, int precision) {
     options.method = nph_method(method)->name;
     options.samples = 16;
     options.precision = precision;
-    if (strcmp(options.method, "photonmap") == 0) {
-        options.knob_count = 2;
-        options.knobs = few_photons;
-    }
+    options.knob_count = strcmp(options.method, "photonmap") == 0 ? 2 : 0;
+    options.knobs = few_photons;
     return options;
 }
 

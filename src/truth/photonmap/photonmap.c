@@ -159,11 +159,14 @@ static int64_t batch_of(const NphPhotonmapState *state, int64_t number) {
     return state->chunk * (NPH_CHUNK + nph_film_tile_count(state->film)) + number;
 }
 
+/* What is written into its batch is looked through for the next one, whose maps are made of it. */
 static NphStatus run_pilot(NphPhotonmapState *state) {
     NphLaunch launch = {.batch = NPH_BATCH_OF_SCENE};
     if (nph_photonmap_pilot_photons(&state->choice) == 0) return NPH_OK;
     NPH_TRY(step(state, &launch, NPH_PHOTONMAP_PILOT));
-    return step(state, &launch, NPH_PHOTONMAP_FILL);
+    NPH_TRY(step(state, &launch, NPH_PHOTONMAP_FILL));
+    launch.stage = NPH_PHOTONMAP_COUNT;
+    return state->job.tap ? nph_photonmap_check(state, 0, &launch) : NPH_OK;
 }
 
 /* A map and its picture. */
