@@ -123,9 +123,8 @@ static void replay_launches(int method, NphContext *context, const NphScene *sce
     nph_stages_close(stages);
 }
 
-static const char *const few_photons[] = {"photonmap.photons=600", "photonmap.step=1"};
-
 static NphRenderOptions options_of(int method, int precision) {
+    static const char *const few_photons[] = {"photonmap.photons=600", "photonmap.step=1"};
     NphRenderOptions options;
     nph_render_options_default(&options);
     options.method = nph_method(method)->name;
