@@ -26,7 +26,7 @@ typedef struct NphBufferInfo {
     const char *comparison;    /* "exact", "near" (rounding), "stat" (Monte Carlo), "bias" */
     const char *needed;        /* when it is there, in words; NULL: always */
     const char *identity;      /* buffer that names the items along the last axis, whose order is free; NULL: by position */
-    int queue;                 /* its values are positions of such items */
+    int queue;                 /* its values are positions of such items, 1: in any order, 2: in this order */
 } NphBufferInfo;
 
 typedef struct NphNamedArray {

@@ -249,6 +249,17 @@ static NphStatus compare_queue(const Comparison *c, NphBufferGap *gap, const Nph
     return NPH_OK;
 }
 
+/* A list of positions as one of identities; a position that no item has is `none`. */
+static NphStatus name_items(const Comparison *c, const NphArray *list, const NphArray *ids, int64_t none, NphArray *out) {
+    NPH_TRY(nph_array_new(c->context, NPH_I64, list->rank, list->shape, "identities of a list", out));
+    for (int64_t i = 0; i < nph_array_count(list); i++) {
+        double at = value_at(list, i);
+        int there = at >= 0.0 && at < (double)nph_array_count(ids);
+        ((int64_t *)out->data)[i] = there ? (int64_t)value_at(ids, (int64_t)at) : none;
+    }
+    return NPH_OK;
+}
+
 /* Shapes agree but for the number of items of buffers that have an identity. */
 static int shapes_fit(const NphArray *a, const NphArray *b, int free_last) {
     if (a->rank != b->rank || is_real(a) != is_real(b)) return 0;
@@ -271,13 +282,45 @@ static int pair_of(const Comparison *c, const NphBuffer *buffer, const NphArray 
     ids[0] = pair[0] ? identities_of(c->ours, buffer, pair[0]) : NULL;
     ids[1] = pair[1] ? identities_of(c->theirs, buffer, pair[1]) : NULL;
     if (!ids[0] || !ids[1]) ids[0] = ids[1] = NULL;
-    return pair[0] && pair[1] && shapes_fit(pair[0], pair[1], ids[0] != NULL);
+    return pair[0] && pair[1] && shapes_fit(pair[0], pair[1], ids[0] && buffer->queue != NPH_QUEUE_IN_ORDER);
+}
+
+static NphStatus make_room(Comparison *c, int64_t items) {
+    if (items <= c->gap_room) return NPH_OK;
+    nph_free(c->context, c->gap);
+    c->gap = NULL;
+    c->gap_room = items;
+    return NPH_NEW(c->context, c->gap_room, "differences of items", &c->gap);
+}
+
+/* Matched by identity; by position where there is none. */
+static NphStatus compare_items(Comparison *c, NphBufferGap *gap, const NphArray *pair[2], const NphArray *ids[2]) {
+    int64_t *place = NULL;
+    NphStatus status = make_room(c, length_of(pair[0]));
+    if (status == NPH_OK && ids[0]) status = match(c, ids[0], ids[1], &place);
+    if (status == NPH_OK) compare_rows(c, gap, pair[0], pair[1], ids[0], place);
+    if (status == NPH_OK && place) {
+        int64_t more = surplus(c, pair[0], pair[1], ids[1], place, !is_real(pair[0]));
+        gap->beyond += more;
+        gap->turned += more;
+    }
+    nph_free(c->context, place);
+    return status;
+}
+
+/* Identities at the same places of a list. */
+static NphStatus compare_list(Comparison *c, NphBufferGap *gap, const NphArray *pair[2], const NphArray *ids[2]) {
+    NphArray named[2] = {{0}, {0}};
+    NphStatus status = make_room(c, length_of(pair[0]));
+    for (int side = 0; side < 2 && status == NPH_OK; side++) status = name_items(c, pair[side], ids[side], -2 - side, &named[side]);
+    if (status == NPH_OK) compare_rows(c, gap, &named[0], &named[1], NULL, NULL);
+    for (int side = 0; side < 2; side++) nph_array_free(c->context, &named[side]);
+    return status;
 }
 
 static NphStatus compare_buffer(Comparison *c, const NphBuffer *buffer) {
     const NphArray *pair[2], *ids[2];
     NphBufferGap gap = {.buffer = buffer};
-    int64_t *place = NULL;
     int fits = pair_of(c, buffer, pair, ids);
     if (!pair[0]) return NPH_OK;
     if (!fits) {
@@ -289,23 +332,9 @@ static NphStatus compare_buffer(Comparison *c, const NphBuffer *buffer) {
     }
     gap.limit = is_real(pair[0]) ? c->watch->limit(c->watch->user, buffer) : 0.0;
     NphStatus status = NPH_OK;
-    if (ids[0] && buffer->queue) status = compare_queue(c, &gap, pair[0], pair[1], ids[0], ids[1]);
-    else {
-        if (ids[0]) status = match(c, ids[0], ids[1], &place);
-        if (status == NPH_OK && length_of(pair[0]) > c->gap_room) {
-            nph_free(c->context, c->gap);
-            c->gap = NULL;
-            c->gap_room = length_of(pair[0]);
-            status = NPH_NEW(c->context, c->gap_room, "differences of items", &c->gap);
-        }
-        if (status == NPH_OK) compare_rows(c, &gap, pair[0], pair[1], ids[0], place);
-        if (status == NPH_OK && place) {
-            int64_t more = surplus(c, pair[0], pair[1], ids[1], place, !is_real(pair[0]));
-            gap.beyond += more;
-            gap.turned += more;
-        }
-    }
-    nph_free(c->context, place);
+    if (ids[0] && buffer->queue == NPH_QUEUE_AS_SET) status = compare_queue(c, &gap, pair[0], pair[1], ids[0], ids[1]);
+    else if (ids[0] && buffer->queue) status = compare_list(c, &gap, pair, ids);
+    else status = compare_items(c, &gap, pair, ids);
     return status == NPH_OK ? c->watch->take(c->watch->user, &gap) : status;
 }
 
@@ -396,8 +425,8 @@ static NphStatus find_turned(Comparison *c) {
         const NphBuffer *buffer = &c->method->buffers[b];
         const NphArray *pair[2], *ids[2];
         if (!pair_of(c, buffer, pair, ids) || is_real(pair[0]) || !ids[0]) continue;
-        if (buffer->queue) turn_queue(c, pair, ids);
-        else NPH_TRY(turn_values(c, pair, ids));
+        if (buffer->queue == NPH_QUEUE_AS_SET) turn_queue(c, pair, ids);
+        else if (!buffer->queue) NPH_TRY(turn_values(c, pair, ids));
     }
     return NPH_OK;
 }

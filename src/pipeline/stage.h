@@ -30,8 +30,11 @@ typedef struct NphBuffer {
     const char *needed;  /* the condition in words; NULL: always there */
     const char *identity; /* buffer that names the items along the last axis, whose order is then nobody's business; its
                              values are such positions when `shape` is a queue's. NULL: by position */
-    int queue;           /* the values are positions of items */
+    int queue;           /* the values are positions of items: NPH_QUEUE_..., or 0 */
 } NphBuffer;
+
+/* Positions of items: a queue, whose order is nobody's business; a list, by position. */
+enum { NPH_QUEUE_AS_SET = 1, NPH_QUEUE_IN_ORDER };
 
 typedef struct NphStage {
     const char *name;

@@ -105,6 +105,32 @@ START_TEST(majorants_run_alone_on_the_density_of_a_dump) {
 }
 END_TEST
 
+START_TEST(a_photon_map_is_dumped_and_its_stages_run_alone) {
+    static const char *const stages[][3] = {{"photonmap.pilot", "photonmap.count", "-1:0"}, {"photonmap.trace", "photonmap.power", "3:2"},
+                                            {"photonmap.tree", "photonmap.node_photon", "3:3"}, {"photonmap.march", "photonmap.image", "3:4"}};
+    enter_root();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--method", "photonmap", "-D", "photonmap.photons=2000");
+    RUN_EXPECT(0, "render", "reference/scenes/cube_g070.yaml", "-q", "-o", file_of("plain.exr"), "--spp", "16", "--crop", "96,96,160,144",
+               "--method", "photonmap", "-D", "photonmap.photons=2000");
+    ck_assert_msg(same_files(file_of("plain.exr"), file_of("cube.exr")), "the picture of a run that is dumped is another one");
+    for (int s = 0; s < 4; s++) {
+        RUN_EXPECT(0, "stage", stages[s][0], "--from", reference, "--launch", stages[s][2], "-q", "-o", tracked);
+        check_that_stage_wrote_the_dumps(stages[s][1], atoi(stages[s][2]), atoi(strchr(stages[s][2], ':') + 1),
+                                         s == 0 ? "scene.npys@" : "000003.npys@");
+    }
+    RUN_EXPECT(0, "verify", reference, reference, "--ulp", "0");
+    RUN_EXPECT(4, "stage", "photonmap.march", "--from", reference, "--launch", "3:3", "-q", "-o", tracked);
+    remove_folders();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--method", "photonmap", "-D", "photonmap.photons=2000", "-D", "photonmap.emitted=500",
+               "--dump-select", "stage=photonmap.march");
+    const Ran *run = program_run((const char *const[]){"stage", "photonmap.pilot", "--scene", "reference/scenes/cube_g070.yaml", "--method",
+                                                       "photonmap", "-D", "photonmap.emitted=500", "-q", "-o", tracked, NULL});
+    ck_assert_int_eq(run->status, 4);
+    ck_assert_ptr_nonnull(strstr(run->err, "photonmap.emitted says how many"));
+    remove_folders();
+}
+END_TEST
+
 START_TEST(what_cannot_be_dumped_is_refused) {
     enter_root();
     RUN_EXPECT(6, DUMP, "--dump", reference, "--dump-limit", "1M");
@@ -112,7 +138,7 @@ START_TEST(what_cannot_be_dumped_is_refused) {
     RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3");
     RUN_EXPECT(2, DUMP, "--dump", reference, "--dump-select", "pixel=3,4");
     RUN_EXPECT(2, DUMP, "--dump-select", "stage=path.track");
-    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "photonmap");
+    RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "photonmap", "--dump-select", "pixel=120,100");
     RUN_EXPECT(2, DUMP, "--dump", reference, "--method", "light", "--dump-select", "pixel=120,100");
     RUN_EXPECT(6, DUMP, "--dump", reference, "--method", "light", "--dump-limit", "1M");
     ck_assert(!exists(reference));
@@ -188,6 +214,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, a_dump_is_verified_and_its_stages_run_alone);
     tcase_add_test(cases, majorants_run_alone_on_the_density_of_a_dump);
+    tcase_add_test(cases, a_photon_map_is_dumped_and_its_stages_run_alone);
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
     tcase_add_test(cases, tolerances_are_of_one_scene);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);

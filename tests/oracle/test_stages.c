@@ -40,6 +40,12 @@ static const char *const scenes[] = {
     CAMERA "wavelengths: [420, 480, 550, 600, 690]\n"
            "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [8, 6, 4, 3, 2], albedo: [1, 0.9, 0.8, 0.9, 1], phase: {type: hg, g: 0.8}}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1, 2, 3]}\n",
+    /* channels, a grid over a box */
+    CAMERA "media:\n"
+           "  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [2, 5, 0], albedo: [0.9, 1, 0.5], phase: {type: two_lobe, g: 0.8, g2: -0.3, weight: 0.7}}\n"
+           "  - {" CLOUD ", extinction: [20, 30, 9], albedo: 0.9}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
+           "  - {type: constant, radiance: 0.1}\n  - {type: point, position: [0.5, 0.5, 0.5], intensity: [1, 2, 3]}\n",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes, MAX_METHODS = 16 };
 
@@ -118,21 +124,19 @@ static void replay_launches(int method, NphContext *context, const NphScene *sce
 }
 
 static NphRenderOptions options_of(int method, int precision) {
+    static const char *const few_photons[] = {"photonmap.photons=600", "photonmap.step=1"};
     NphRenderOptions options;
     nph_render_options_default(&options);
     options.method = nph_method(method)->name;
     options.samples = 16;
     options.precision = precision;
+    options.knob_count = strcmp(options.method, "photonmap") == 0 ? 2 : 0;
+    options.knobs = few_photons;
     return options;
 }
 
-static int is_dumped(int method) {
-    char why[128];
-    if (nph_method(method)->launch) return 1;
-    snprintf(why, sizeof why, "the stages of %s cannot be run alone", nph_method(method)->name);
-    nph_test_skip(why);
-    return 0;
-}
+/* The scene in which it has every stage. */
+static int full_scene(int method) { return strcmp(nph_method(method)->name, "photonmap") == 0 ? 6 : 3; }
 
 static void replay(int method, const char *text, const NphRenderOptions *options) {
     NphContext *context = nph_test_context(2);
@@ -150,12 +154,11 @@ static void replay(int method, const char *text, const NphRenderOptions *options
 
 START_TEST(a_stage_given_its_own_inputs_writes_its_own_outputs) {
     const NphMethod *method = nph_method(_i);
-    if (!is_dumped(_i)) return;
     int all = nph_test_statistics("stages alone in all scenes and f64");
-    for (int s = 0; s < SCENES; s++)
+    for (int s = 0; s < SCENES && (s < 6 || s == full_scene(_i)); s++)
         for (int precision = 32; precision <= 64; precision += 32) {
             NphRenderOptions options = options_of(_i, precision);
-            if (all || (precision == 32 && (s == 2 || s == 3))) replay(_i, scenes[s], &options); /* these two have every stage */
+            if (all || (precision == 32 && (s == 2 || s == full_scene(_i)))) replay(_i, scenes[s], &options); /* these have every stage */
         }
     for (int s = 0; s < method->stage_count; s++) {
         printf("    %s: %d launches\n", method->stages[s].name, replayed[_i][s]);
@@ -209,10 +212,9 @@ END_TEST
 START_TEST(a_dump_does_not_depend_on_threads) {
     char *manifests[2] = {NULL, NULL};
     size_t sizes[2] = {0, 0};
-    if (!is_dumped(_i)) return;
     for (int k = 0; k < 2; k++) {
         NphContext *context = nph_test_context(1 + 2 * k);
-        NphScene *scene = parse(context, scenes[3]);
+        NphScene *scene = parse(context, scenes[full_scene(_i)]);
         NphRenderOptions options = options_of(_i, 32);
         NphManifest manifest;
         char path[4200];
@@ -531,9 +533,8 @@ static NphStatus spoilt(NphContext *context, NphStages *stages, const NphManifes
 }
 
 START_TEST(integers_that_no_run_could_have_are_refused) {
-    if (!is_dumped(_i)) return;
     NphContext *context = nph_test_context(1);
-    NphScene *scene = parse(context, scenes[3]);
+    NphScene *scene = parse(context, scenes[full_scene(_i)]);
     NphRenderOptions options = options_of(_i, 32), again;
     NphManifest manifest;
     NphStages *stages = NULL;
@@ -567,7 +568,6 @@ START_TEST(pixels_are_selected_only_where_launches_have_them) {
         NphRenderOptions options = options_of(m, 32);
         NphDumpOptions what;
         NphFilm *film = NULL;
-        if (!method->launch) continue;
         nph_dump_options_default(&what);
         what.folder = nph_test_temporary("pixel");
         what.pixel_given = 1;

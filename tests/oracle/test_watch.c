@@ -23,6 +23,7 @@ typedef struct Watcher {
     int seen;
     NphStatus outcome;
     double mean;
+    int64_t nobody; /* items without identity */
 } Watcher;
 
 static NphScene *parse(NphContext *context) {
@@ -32,14 +33,18 @@ static NphScene *parse(NphContext *context) {
 }
 
 /* Mean of the picture's red; the status in *status. */
-static double render(NphContext *context, const NphWatch *watch, NphStatus *status) {
+static double render_by(const char *method, NphContext *context, const NphWatch *watch, NphStatus *status) {
+    static const char *const few[] = {"photonmap.photons=500", "photonmap.step=1"};
     NphRenderOptions options;
     NphFilm *film = NULL;
     NphImage image = {0};
     NphScene *scene = parse(context);
     double sum = 0.0;
     nph_render_options_default(&options);
+    options.method = method;
     options.samples = 16;
+    options.knob_count = strcmp(method, "photonmap") == 0 ? 2 : 0;
+    options.knobs = few;
     *status = watch ? nph_render_watched(context, scene, &options, watch, &film, NULL) : nph_render(context, scene, &options, &film, NULL);
     if (*status == NPH_OK) {
         ck_assert_int_eq(nph_film_image(context, film, &image), NPH_OK);
@@ -49,6 +54,14 @@ static double render(NphContext *context, const NphWatch *watch, NphStatus *stat
     nph_film_free(context, film);
     nph_scene_free(context, scene);
     return sum;
+}
+
+static double render(NphContext *context, const NphWatch *watch, NphStatus *status) { return render_by("path", context, watch, status); }
+
+static void put_wrong(NphArray *array, int wrong) {
+    if (nph_array_count(array) == 0) return;
+    if (array->type == NPH_I32) ((int32_t *)array->data)[0] = wrong;
+    if (array->type == NPH_I64) ((int64_t *)array->data)[0] = wrong;
 }
 
 /* Reads a buffer and puts it back, times a factor. */
@@ -62,27 +75,120 @@ static NphStatus change(void *user, NphWatched *watched) {
     NphStatus status = nph_watched_read(watched, w->buffer, &array);
     if (status == NPH_OK && array.type == NPH_F32)
         for (int64_t i = 0; i < nph_array_count(&array); i++) ((float *)array.data)[i] *= w->factor;
-    if (status == NPH_OK && array.type == NPH_I32 && w->wrong && nph_array_count(&array) > 0) ((int32_t *)array.data)[0] = w->wrong;
+    if (status == NPH_OK && array.type == NPH_F64)
+        for (int64_t i = 0; i < nph_array_count(&array); i++) ((double *)array.data)[i] *= (double)w->factor;
+    if (status == NPH_OK && w->wrong) put_wrong(&array, w->wrong);
     if (status == NPH_OK) status = nph_watched_write(watched, w->buffer, &array);
     nph_array_free(w->context, &array);
     return status;
 }
 
+/* Methods, and where their runs are looked into: a stage, and a buffer that it has just written. */
+typedef struct Looked {
+    const char *method, *places[12][2];
+} Looked;
+
+static const Looked looked[] = {
+    {"path", {{"path.generate", "path.ray"}, {"path.track", "path.distance"}, {"path.track", "path.colliding"}, {"path.scatter", "path.weight"},
+              {"path.shadow", "path.sample"}, {"path.accumulate", "film.node"}}},
+    {"light", {{"light.emit", "light.power"}, {"light.emit", "light.place"}, {"light.trace", "light.flight"},
+               {"light.trace", "light.flight_ray"}, {"light.trace", "light.waiting"}, {"light.connect", "light.splat_add"},
+               {"light.splat", "light.image"}, {"light.see", "light.sample"}, {"light.accumulate", "film.node"}}},
+    {"single", {{"single.generate", "single.ray"}, {"single.march", "single.transmittance"}, {"single.march", "single.scattered"},
+                {"single.fold", "single.sample"}, {"single.accumulate", "film.node"}}},
+    {"photonmap", {{"photonmap.pilot", "photonmap.count"}, {"photonmap.fill", "photonmap.emitted"}, {"photonmap.count", "photonmap.count"},
+                   {"photonmap.scan", "photonmap.first"}, {"photonmap.trace", "photonmap.id"}, {"photonmap.trace", "photonmap.place"},
+                   {"photonmap.trace", "photonmap.medium"}, {"photonmap.tree", "photonmap.node"}, {"photonmap.tree", "photonmap.node_photon"},
+                   {"photonmap.tree", "photonmap.power"}, {"photonmap.march", "photonmap.image"}, {"photonmap.accumulate", "film.node"}}},
+};
+enum { LOOKED = sizeof looked / sizeof *looked };
+
 START_TEST(a_run_whose_buffers_are_read_and_put_back_is_the_same_run) {
-    static const char *const places[][2] = {{"path.generate", "path.ray"}, {"path.track", "path.distance"}, {"path.track", "path.colliding"},
-                                            {"path.scatter", "path.weight"}, {"path.shadow", "path.sample"}, {"path.accumulate", "film.node"}};
     NphContext *context = nph_test_context(1);
     NphStatus status;
-    double plain = render(context, NULL, &status);
+    double plain = render_by(looked[_i].method, context, NULL, &status);
     ck_assert_int_eq(status, NPH_OK);
-    for (size_t p = 0; p < sizeof places / sizeof *places; p++) {
-        Watcher w = {.context = context, .stage = places[p][0], .buffer = places[p][1], .factor = 1.0f};
+    for (int p = 0; p < 12 && looked[_i].places[p][0]; p++) {
+        Watcher w = {.context = context, .stage = looked[_i].places[p][0], .buffer = looked[_i].places[p][1], .factor = 1.0f};
         NphWatch watch = {&w, NULL, change};
-        ck_assert(render(context, &watch, &status) == plain);
+        ck_assert_msg(render_by(looked[_i].method, context, &watch, &status) == plain, "%s, %s", w.stage, w.buffer);
         ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
         ck_assert_int_gt(w.seen, 0);
     }
     nph_test_context_close(context);
+}
+END_TEST
+
+/* What brings light in proportion, and only some of it: of none, once and twice as much the picture is a straight line. */
+START_TEST(light_that_is_written_is_light_in_the_picture) {
+    static const char *const places[][3] = {{"light", "light.connect", "light.splat_add"}, {"single", "single.march", "single.part"},
+                                            {"photonmap", "photonmap.trace", "photonmap.power"}};
+    NphContext *context = nph_test_context(1);
+    NphStatus status;
+    double mean[3];
+    for (int k = 0; k < 3; k++) {
+        Watcher w = {.context = context, .stage = places[_i][1], .buffer = places[_i][2], .factor = (float)k};
+        NphWatch watch = {&w, NULL, change};
+        mean[k] = render_by(places[_i][0], context, &watch, &status);
+        ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    }
+    printf("    %s: %g, %g, %g\n", places[_i][0], mean[0], mean[1], mean[2]);
+    ck_assert_double_gt(mean[0], 0.0);
+    ck_assert_double_gt(mean[1], 1.02 * mean[0]);
+    ck_assert_double_lt(fabs(mean[2] - 2.0 * mean[1] + mean[0]), 1e-6 * mean[1]);
+    nph_test_context_close(context);
+}
+END_TEST
+
+/* Of the photons' names, those that are none: three where the map is not full. */
+static NphStatus count_nobody(void *user, NphWatched *watched) {
+    Watcher *w = user;
+    NphWatchedLaunch launch = nph_watched_launch(watched);
+    NphArray array = {0};
+    if (strcmp(launch.stage, "photonmap.trace") != 0) return NPH_OK;
+    NphStatus status = nph_watched_read(watched, "photonmap.id", &array);
+    int64_t before = w->nobody, count = nph_array_count(&array);
+    for (int64_t i = 0; status == NPH_OK && i < count; i++) w->nobody += ((int64_t *)array.data)[i] < 0;
+    if (w->seen && count < 500) ck_assert_int_eq(w->nobody - before, 3);
+    nph_array_free(w->context, &array);
+    return status;
+}
+
+/* More room in the map than photons scatter: what follows the numbers stays empty. */
+static NphStatus number_too_many(void *user, NphWatched *watched) {
+    Watcher *w = user;
+    NphWatchedLaunch launch = nph_watched_launch(watched);
+    NphArray array = {0};
+    if (strcmp(launch.stage, "photonmap.scan") != 0) return NPH_OK;
+    NphStatus status = nph_watched_read(watched, "photonmap.first", &array);
+    int64_t last = nph_array_count(&array) - 1;
+    if (status == NPH_OK) ((int64_t *)array.data)[last] += 3;
+    if (status == NPH_OK) status = nph_watched_write(watched, "photonmap.first", &array);
+    nph_array_free(w->context, &array);
+    return status;
+}
+
+static NphStatus number_then_count(void *user, NphWatched *watched) {
+    NphStatus status = number_too_many(user, watched);
+    return status == NPH_OK ? count_nobody(user, watched) : status;
+}
+
+START_TEST(places_that_no_photon_takes_are_empty) {
+    double mean[2];
+    for (int k = 0; k < 2; k++) {
+        NphContext *context = nph_test_context(1 + 2 * k);
+        NphStatus status;
+        Watcher w = {.context = context};
+        NphWatch plain = {&w, NULL, count_nobody}, watch = {&w, NULL, number_then_count};
+        render_by("photonmap", context, &plain, &status);
+        ck_assert_int_eq(w.nobody, 0);
+        w.seen = 1;
+        mean[k] = render_by("photonmap", context, &watch, &status);
+        ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+        ck_assert_int_gt(w.nobody, 0);
+        nph_test_context_close(context);
+    }
+    ck_assert(mean[0] == mean[1] && mean[0] > 0.0);
 }
 END_TEST
 
@@ -120,6 +226,38 @@ START_TEST(what_cannot_be_is_refused_before_it_is_used) {
     render(context, &watch, &status);
     ck_assert_int_eq(status, NPH_INTERRUPTED);
     ck_assert_int_eq(w.seen, 2);
+    nph_test_context_close(context);
+}
+END_TEST
+
+START_TEST(what_no_other_method_could_have_is_refused_too) {
+    static const struct {
+        const char *method, *stage, *buffer;
+        float factor;
+        int wrong;
+    } tries[] = {
+        {"light", "light.trace", "light.flight_medium", 1.0f, 77},
+        {"light", "light.trace", "light.flight_ray", INFINITY, 0},
+        {"light", "light.emit", "light.hero", 1.0f, 5},
+        {"single", "single.generate", "single.ray", INFINITY, 0},
+        {"photonmap", "photonmap.fill", "photonmap.emitted", 1.0f, 1 << 30},
+        {"photonmap", "photonmap.scan", "photonmap.first", 1.0f, 1},
+        {"photonmap", "photonmap.trace", "photonmap.medium", 1.0f, 77},
+        {"photonmap", "photonmap.trace", "photonmap.place", INFINITY, 0},
+        {"photonmap", "photonmap.tree", "photonmap.node_photon", 1.0f, 500},
+        {"photonmap", "photonmap.tree", "photonmap.node_axis", 1.0f, 3},
+    };
+    NphContext *context = nph_test_context(1);
+    for (size_t t = 0; t < sizeof tries / sizeof *tries; t++) {
+        NphStatus status;
+        Watcher w = {
+            .context = context, .stage = tries[t].stage, .buffer = tries[t].buffer, .factor = tries[t].factor, .wrong = tries[t].wrong};
+        NphWatch watch = {&w, NULL, change};
+        render_by(tries[t].method, context, &watch, &status);
+        ck_assert_msg(status == NPH_BAD_INPUT, "%s took %s", tries[t].stage, tries[t].buffer);
+        const char *said = nph_test_messages();
+        ck_assert_msg(strstr(said, tries[t].buffer) != NULL, "%s", said);
+    }
     nph_test_context_close(context);
 }
 END_TEST
@@ -195,7 +333,10 @@ START_TEST(two_contexts_in_two_threads_know_nothing_of_each_other) {
 END_TEST
 
 static void fill(TCase *cases) {
-    tcase_add_test(cases, a_run_whose_buffers_are_read_and_put_back_is_the_same_run);
+    tcase_add_loop_test(cases, a_run_whose_buffers_are_read_and_put_back_is_the_same_run, 0, LOOKED);
+    tcase_add_loop_test(cases, light_that_is_written_is_light_in_the_picture, 0, 3);
+    tcase_add_test(cases, places_that_no_photon_takes_are_empty);
+    tcase_add_test(cases, what_no_other_method_could_have_is_refused_too);
     tcase_add_test(cases, what_is_written_is_what_the_run_goes_on_with);
     tcase_add_test(cases, what_cannot_be_is_refused_before_it_is_used);
     tcase_add_test(cases, bounds_that_are_written_are_the_ones_that_flights_walk);

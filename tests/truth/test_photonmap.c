@@ -45,6 +45,7 @@ static void maker_open(Maker *m, const char *yaml, int precision, int threads, i
     ck_assert_int_eq(nph_alloc(m->context, kernels.scene_bytes(), 1, "scene", &m->memory), NPH_OK);
     kernels.prepare(&m->job, &m->choice, m->memory);
     ck_assert_int_eq(nph_photonmap_maker_open(&m->job, &m->choice, m->memory, &m->maker), NPH_OK);
+    ck_assert_int_eq(nph_photonmap_prepare_maps(&m->maker), NPH_OK);
 }
 
 static void maker_close(Maker *m) {
@@ -312,9 +313,9 @@ START_TEST(tiles_and_replay_agree_to_the_bit) {
         Maker m;
         maker_open(&m, scenes[_i], precision, 2, 2, small_map);
         ck_assert_int_eq(nph_photonmap_make(&m.maker, 5), NPH_OK);
-        NphPhotonmapTile tile = {{0, 0}, {0, 0, 16, 16}, 5, NULL};
-        size_t count = (size_t)NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK;
-        ck_assert_int_eq(nph_alloc(m.context, count, 8, "samples", &tile.samples), NPH_OK);
+        NphPhotonmapTile tile = {{0, 0, 16, 16}, {0, 0, 16, 16}, NULL};
+        size_t count = (size_t)NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS;
+        ck_assert_int_eq(nph_alloc(m.context, count, 8, "image", &tile.image), NPH_OK);
         NphTally tally = {0, 0, 0, 0};
         m.maker.kernels.march(m.memory, &m.maker.map, &tile, &tally);
         int lit = 0;
@@ -322,8 +323,8 @@ START_TEST(tiles_and_replay_agree_to_the_bit) {
             double fields[NPH_SAMPLE_FIELDS];
             m.maker.kernels.replay(m.memory, &m.maker.map, (int[2]){pixel % 16, pixel / 16}, NULL, NULL, fields);
             for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
-                size_t at = ((size_t)f * NPH_TILE_PIXELS + (size_t)pixel) * NPH_CHUNK + 5;
-                double value = precision == 32 ? (double)((float *)tile.samples)[at] : ((double *)tile.samples)[at];
+                size_t at = (size_t)f * NPH_TILE_PIXELS + (size_t)pixel;
+                double value = precision == 32 ? (double)((float *)tile.image)[at] : ((double *)tile.image)[at];
                 ck_assert_msg(memcmp(&value, &fields[f], sizeof value) == 0, "field %d of pixel %d differs", f, pixel);
                 lit += f == 0 && value > 0.0;
             }
@@ -334,11 +335,10 @@ START_TEST(tiles_and_replay_agree_to_the_bit) {
         ck_assert_int_eq(nph_photonmap.replay(&m.job, 7, 9, 5, hear, &told), NPH_OK);
         ck_assert_int_ge(told.lines, 4);
         char expected[64];
-        double red = precision == 32 ? (double)((float *)tile.samples)[((size_t)(9 * 16 + 7)) * NPH_CHUNK + 5]
-                                     : ((double *)tile.samples)[((size_t)(9 * 16 + 7)) * NPH_CHUNK + 5];
+        double red = precision == 32 ? (double)((float *)tile.image)[9 * 16 + 7] : ((double *)tile.image)[9 * 16 + 7];
         snprintf(expected, sizeof expected, "result: %.9g ", red);
         ck_assert_msg(strncmp(told.last, expected, strlen(expected)) == 0, "%s is not %s", told.last, expected);
-        nph_free(m.context, tile.samples);
+        nph_free(m.context, tile.image);
         maker_close(&m);
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * truth/photonmap as a method: its knobs, stages and buffers, the run over samples, statistics and replay. */
+ * truth/photonmap as a method: its knobs and stages, the run over samples, statistics and replay. */
 #include "truth/photonmap/photonmap.h"
 
 #include <string.h>
@@ -23,57 +23,26 @@ static const NphKnob knobs[NPH_PHOTONMAP_KNOBS] = {
     {"photonmap.printed", "1", "1: estimate and march as printed; 0: without their bias", "bias", 0.0, 0.0, 1.0},
 };
 
-static const NphStage stages[NPH_PHOTONMAP_STAGES] = {
-    {"photonmap.trace",
-     "photon tracing [Jensen98]; delta tracking [Woodcock65]",
-     "",
-     "photonmap.count photonmap.photon",
-     {NPH_PHOTONMAP_BLOCK, 1, 1},
-     0},
-    {"photonmap.tree",
-     "left-balanced kd-tree [Bentley75] [Jensen98]",
-     "photonmap.photon",
-     "photonmap.node",
-     {1, 1, 1},
-     0},
-    {"photonmap.march",
-     "ray march and radiance estimate [Jensen98]",
-     "photonmap.photon photonmap.node",
-     "photonmap.sample",
-     {NPH_TILE_PIXELS, 1, 1},
-     0},
-    {"photonmap.accumulate",
-     "moments in a dyadic tree [Chan79] [Pebay08]",
-     "photonmap.sample",
-     "film.node",
-     {NPH_TILE_PIXELS, 1, 1},
-     0},
+#define PHOTONS                                                                                                        \
+    "photonmap.id photonmap.place photonmap.direction photonmap.power photonmap.extinction photonmap.medium photonmap.order"
+#define NODES "photonmap.node photonmap.node_photon photonmap.node_axis"
+
+const NphStage nph_photonmap_stages[NPH_PHOTONMAP_STAGES] = {
+    {"photonmap.pilot", "photon tracing [Jensen98]; delta tracking [Woodcock65]", "", "photonmap.count", {NPH_PHOTONMAP_BLOCK, 1, 1}, 0},
+    {"photonmap.fill", "expected number that fills a map", "photonmap.count", "photonmap.emitted", {1, 1, 1}, 0},
+    {"photonmap.count", "photon tracing [Jensen98]; delta tracking [Woodcock65]", "photonmap.emitted", "photonmap.count",
+     {NPH_PHOTONMAP_BLOCK, 1, 1}, 0},
+    {"photonmap.scan", "exclusive sums", "photonmap.count", "photonmap.first", {NPH_PHOTONMAP_BLOCK, 1, 1}, 0},
+    {"photonmap.trace", "photon tracing [Jensen98]; delta tracking [Woodcock65]", "photonmap.emitted photonmap.first", PHOTONS,
+     {NPH_PHOTONMAP_BLOCK, 1, 1}, 0},
+    {"photonmap.tree", "left-balanced kd-tree [Bentley75] [Jensen98]", "photonmap.id photonmap.place", NODES, {1, 1, 1}, 0},
+    {"photonmap.march", "ray march and radiance estimate [Jensen98]",
+     "photonmap.id photonmap.direction photonmap.power photonmap.extinction photonmap.medium photonmap.order " NODES, "photonmap.image",
+     {NPH_TILE_PIXELS, 1, 1}, 0},
+    {"photonmap.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "photonmap.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
-static const NphBuffer buffers[] = {
-    {"photonmap.count", NPH_I64, "[block + 1]", "1", "what photons of earlier blocks scatter", NPH_EXACT, NULL, NULL, 0},
-    {"photonmap.photon", NPH_TYPE_REAL, "[photon]", "1, W, 1",
-     "direction, scattered power per channel, extinction there, medium, order", NPH_NEAR, NULL, NULL, 0},
-    {"photonmap.node", NPH_TYPE_REAL, "[photon]", "m, 1", "position; number of the photon << 2 | axis", NPH_NEAR, NULL, NULL, 0},
-    {"photonmap.sample", NPH_TYPE_REAL, "[tile][field][pixel][16]", "W/m2/sr, m, 1", "what each sample carries",
-     NPH_BIAS, NULL, NULL, 0},
-    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_BIAS, NULL, NULL, 0},
-};
-
-typedef struct PhotonmapState {
-    NphJob job;
-    NphPhotonmapChoice choice;
-    NphPhotonmapMaker maker;
-    int made; /* the maker is open */
-    void *scene;
-    void *samples; /* [tile][field][pixel][sample in chunk] */
-    size_t tile_bytes;
-    void *film_scratch;
-    NphFilm *film;
-    int64_t chunk;
-    int slot;
-    double started;
-} PhotonmapState;
+static const char *const arguments[NPH_PHOTONMAP_ARGUMENTS] = {"sample", "tile"};
 
 static int channels(const NphJob *job) {
     NphTransportChoice choice;
@@ -82,12 +51,14 @@ static int channels(const NphJob *job) {
 }
 
 static void close_photonmap(void *opaque) {
-    PhotonmapState *state = opaque;
+    NphPhotonmapState *state = opaque;
     if (!state) return;
     NphContext *context = state->job.context;
     if (state->made) nph_photonmap_maker_close(&state->maker);
+    nph_free(context, state->columns);
     nph_free(context, state->film_scratch);
     nph_free(context, state->samples);
+    nph_free(context, state->images);
     nph_free(context, state->scene);
     nph_free(context, state);
 }
@@ -100,24 +71,25 @@ static NphStatus open_scene(const NphJob *job, const NphPhotonmapChoice *choice,
     return NPH_OK;
 }
 
-static NphStatus open_state(PhotonmapState *state) {
+static NphStatus open_state(NphPhotonmapState *state) {
     const NphJob *job = &state->job;
     NphContext *context = job->context;
-    int64_t across = (job->crop[2] + NPH_TILE - 1) / NPH_TILE - job->crop[0] / NPH_TILE;
-    int64_t down = (job->crop[3] + NPH_TILE - 1) / NPH_TILE - job->crop[1] / NPH_TILE;
+    size_t field = (size_t)NPH_SAMPLE_FIELDS * (size_t)(job->precision / 8);
+    void *scratch = NULL;
     NPH_TRY(nph_photonmap_choose(job, &state->choice));
     NPH_TRY(open_scene(job, &state->choice, &state->scene));
-    state->tile_bytes = (size_t)NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * (job->precision == 32 ? 4 : 8);
-    NPH_TRY(nph_alloc(context, (size_t)(across * down), state->tile_bytes, "samples of all pixels", &state->samples));
-    NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->choice.transport.film_channels), 1, "film scratch",
-                      &state->film_scratch));
+    state->image_bytes = field * (size_t)(job->crop[2] - job->crop[0]) * (size_t)(job->crop[3] - job->crop[1]);
+    NPH_TRY(nph_alloc(context, NPH_CHUNK, state->image_bytes, "images of a chunk", &state->images));
+    NPH_TRY(nph_alloc(context, (size_t)NPH_TILE_PIXELS * NPH_CHUNK, field, "samples of a tile", &state->samples));
+    NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->choice.transport.film_channels), 1, "film scratch", &scratch));
+    state->film_scratch = scratch;
     NPH_TRY(nph_photonmap_maker_open(job, &state->choice, state->scene, &state->maker));
     state->made = 1;
-    return NPH_OK;
+    return job->tap ? nph_photonmap_open_columns(state) : NPH_OK;
 }
 
 static NphStatus open_photonmap(const NphJob *job, void **out) {
-    PhotonmapState *state = NULL;
+    NphPhotonmapState *state = NULL;
     NPH_TRY(NPH_NEW(job->context, 1, "photon mapping", &state));
     state->job = *job;
     NphStatus status = open_state(state);
@@ -129,44 +101,114 @@ static NphStatus open_photonmap(const NphJob *job, void **out) {
     return NPH_OK;
 }
 
-static void *tile_samples(const PhotonmapState *state, int64_t tile) {
-    return (char *)state->samples + state->tile_bytes * (size_t)tile;
-}
-
 static NphStatus march_tile(void *opaque, int64_t number, int worker) {
-    PhotonmapState *state = opaque;
+    NphPhotonmapState *state = opaque;
     NphPhotonmapMaker *maker = &state->maker;
-    NphPhotonmapTile tile = {.slot = state->slot, .samples = tile_samples(state, number)};
-    nph_film_tile_rect(state->film, number, tile.origin, tile.inside);
+    NphPhotonmapTile tile = {.image = (char *)state->images + state->image_bytes * (size_t)state->slot};
+    int origin[2];
+    memcpy(tile.crop, state->job.crop, sizeof tile.crop);
+    nph_film_tile_rect(state->film, number, origin, tile.inside);
     int64_t pixels = (int64_t)(tile.inside[2] - tile.inside[0]) * (tile.inside[3] - tile.inside[1]);
     NPH_LAUNCH(&maker->stages[worker], NPH_PHOTONMAP_MARCH, pixels,
                maker->kernels.march(state->scene, &maker->map, &tile, &maker->tallies[worker]));
     return NPH_OK;
 }
 
+NphStatus nph_photonmap_launch(NphPhotonmapState *state, const NphLaunch *launch) {
+    switch ((NphPhotonmapStage)launch->stage) {
+    case NPH_PHOTONMAP_MARCH:
+        return nph_pool_run(state->job.context, nph_film_tile_count(state->film), march_tile, state, NULL);
+    case NPH_PHOTONMAP_ACCUMULATE:
+        NPH_LAUNCH(&state->maker.stages[0], launch->stage, launch->items,
+                   nph_film_chunk(state->film, state->job.precision, state->samples, state->film_scratch));
+        return NPH_OK;
+    default: return nph_photonmap_step(&state->maker, (NphPhotonmapStage)launch->stage);
+    }
+}
+
+static int64_t items_of(const NphPhotonmapState *state, NphPhotonmapStage stage) {
+    const NphPhotonmapMaker *maker = &state->maker;
+    const int *crop = state->job.crop;
+    switch (stage) {
+    case NPH_PHOTONMAP_PILOT: return nph_photonmap_pilot_photons(&state->choice);
+    case NPH_PHOTONMAP_FILL: return 1;
+    case NPH_PHOTONMAP_COUNT:
+    case NPH_PHOTONMAP_TRACE: return maker->map.emitted;
+    case NPH_PHOTONMAP_SCAN: return maker->blocks;
+    case NPH_PHOTONMAP_TREE: return maker->map.tree.count;
+    case NPH_PHOTONMAP_MARCH: return (int64_t)(crop[2] - crop[0]) * (crop[3] - crop[1]);
+    default: return NPH_TILE_PIXELS;
+    }
+}
+
+/* The next launch of a batch: all of them in the calling thread, their blocks on the pool. */
+static NphStatus step(NphPhotonmapState *state, NphLaunch *launch, NphPhotonmapStage stage) {
+    const NphTap *tap = state->job.tap;
+    launch->stage = (int)stage;
+    launch->items = items_of(state, stage);
+    if (launch->number == 0) state->placing = NPH_PHOTONMAP_NONE;
+    if (tap) NPH_TRY(tap->before(tap->user, state, 0, launch));
+    NPH_TRY(nph_photonmap_launch(state, launch));
+    if (tap) NPH_TRY(tap->after(tap->user, state, 0, launch));
+    launch->number++;
+    return NPH_OK;
+}
+
+/* Batches of a chunk: its images, then its tiles. */
+static int64_t batch_of(const NphPhotonmapState *state, int64_t number) {
+    return state->chunk * (NPH_CHUNK + nph_film_tile_count(state->film)) + number;
+}
+
+/* What is written into its batch is looked through for the next one, whose maps are made of it. */
+static NphStatus run_pilot(NphPhotonmapState *state) {
+    NphLaunch launch = {.batch = NPH_BATCH_OF_SCENE};
+    if (nph_photonmap_pilot_photons(&state->choice) == 0) return NPH_OK;
+    NPH_TRY(step(state, &launch, NPH_PHOTONMAP_PILOT));
+    NPH_TRY(step(state, &launch, NPH_PHOTONMAP_FILL));
+    launch.stage = NPH_PHOTONMAP_COUNT;
+    return state->job.tap ? nph_photonmap_check(state, 0, &launch) : NPH_OK;
+}
+
+/* A map and its picture. */
+static NphStatus run_image(NphPhotonmapState *state) {
+    int64_t sample = state->chunk * NPH_CHUNK + state->slot;
+    NphLaunch launch = {.batch = batch_of(state, state->slot), .arguments = {sample}};
+    state->maker.map.sample = (uint32_t)sample;
+    for (int stage = NPH_PHOTONMAP_COUNT; stage <= NPH_PHOTONMAP_MARCH; stage++)
+        NPH_TRY(step(state, &launch, (NphPhotonmapStage)stage));
+    return NPH_OK;
+}
+
+static NphStatus add_tile(NphPhotonmapState *state, int64_t tile) {
+    NphLaunch launch = {.batch = batch_of(state, NPH_CHUNK + tile), .arguments = {state->chunk * NPH_CHUNK, tile}};
+    int origin[2], inside[4];
+    nph_film_tile_rect(state->film, tile, origin, inside);
+    state->maker.kernels.gather(state->images, state->job.crop, origin, inside, state->samples);
+    NPH_TRY(step(state, &launch, NPH_PHOTONMAP_ACCUMULATE));
+    nph_film_add_node(state->film, tile, state->chunk, state->job.precision, state->samples, state->film_scratch);
+    return NPH_OK;
+}
+
 /* Sixteen maps and pictures; all tiles get them, or none when a request to stop comes in between. */
-static NphStatus run_chunk(PhotonmapState *state, int64_t done, int64_t total) {
-    NphContext *context = state->job.context;
+static NphStatus run_chunk(NphPhotonmapState *state, int64_t done, int64_t total) {
     int64_t tiles = nph_film_tile_count(state->film);
     for (state->slot = 0; state->slot < NPH_CHUNK; state->slot++) {
-        NPH_TRY(nph_photonmap_make(&state->maker, (uint32_t)(state->chunk * NPH_CHUNK + state->slot)));
-        NPH_TRY(nph_pool_run(context, tiles, march_tile, state, NULL));
+        NPH_TRY(run_image(state));
         double ready = (double)(done + state->slot + 1), elapsed = nph_seconds() - state->started;
-        nph_progress(context, "rendering", ready, (double)total, elapsed * ((double)total - ready) / ready);
+        nph_progress(state->job.context, "rendering", ready, (double)total, elapsed * ((double)total - ready) / ready);
     }
-    NphStageCounts *counts = &state->maker.stages[0];
-    for (int64_t tile = 0; tile < tiles; tile++)
-        NPH_LAUNCH(counts, NPH_PHOTONMAP_ACCUMULATE, NPH_TILE_PIXELS,
-                   nph_film_add_chunk(state->film, tile, state->chunk, state->job.precision, tile_samples(state, tile),
-                                      state->film_scratch));
+    for (int64_t tile = 0; tile < tiles; tile++) NPH_TRY(add_tile(state, tile));
     nph_film_end_chunk(state->film, state->chunk);
     return NPH_OK;
 }
 
 static NphStatus run_photonmap(void *opaque, NphFilm *film, int64_t begin, int64_t end, int64_t done, int64_t total) {
-    PhotonmapState *state = opaque;
+    NphPhotonmapState *state = opaque;
     state->film = film;
-    if (done == 0) state->started = nph_seconds();
+    if (done == 0) {
+        state->started = nph_seconds();
+        NPH_TRY(run_pilot(state));
+    }
     for (int64_t at = begin; at < end; at += NPH_CHUNK) {
         state->chunk = at / NPH_CHUNK;
         NPH_TRY(run_chunk(state, done + at - begin, total));
@@ -175,8 +217,8 @@ static NphStatus run_photonmap(void *opaque, NphFilm *film, int64_t begin, int64
 }
 
 static void statistics(const void *opaque, NphRenderStatistics *out) {
-    const PhotonmapState *state = opaque;
-    nph_stages_begin(stages, NPH_PHOTONMAP_STAGES, out);
+    const NphPhotonmapState *state = opaque;
+    nph_stages_begin(nph_photonmap_stages, NPH_PHOTONMAP_STAGES, out);
     for (int w = 0; w < nph_context_threads(state->job.context); w++) {
         nph_stages_add(&state->maker.stages[w], out);
         nph_tally_add(&state->maker.tallies[w], out);
@@ -190,6 +232,7 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
     NPH_TRY(nph_photonmap_choose(job, &choice));
     NphStatus status = open_scene(job, &choice, &scene);
     if (status == NPH_OK) status = nph_photonmap_maker_open(job, &choice, scene, &maker);
+    if (status == NPH_OK) status = nph_photonmap_prepare_maps(&maker);
     if (status == NPH_OK) status = nph_photonmap_make(&maker, (uint32_t)sample);
     double fields[NPH_SAMPLE_FIELDS];
     if (status == NPH_OK) maker.kernels.replay(scene, &maker.map, (int[2]){x, y}, line, user, fields);
@@ -198,16 +241,28 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
     return status;
 }
 
+static NphStatus facts(const NphJob *job, NphFactFn fact, void *user) {
+    NphPhotonmapChoice choice;
+    NphPhotonmapKernels kernels;
+    void *scene = NULL;
+    nph_photonmap_kernels(job->precision, &kernels);
+    NPH_TRY(nph_photonmap_choose(job, &choice));
+    NPH_TRY(open_scene(job, &choice, &scene));
+    kernels.facts(scene, choice.room, fact, user);
+    nph_free(job->context, scene);
+    return NPH_OK;
+}
+
 const NphMethod nph_photonmap = {
     .name = "photonmap",
     .summary = "volumetric photon mapping: direct light by shadow rays, the rest from the density of photons (biased)",
     .knobs = knobs,
     .knob_count = NPH_PHOTONMAP_KNOBS,
-    .stages = stages,
+    .stages = nph_photonmap_stages,
     .stage_count = NPH_PHOTONMAP_STAGES,
     .shares_samples = 1,
-    .buffers = buffers,
-    .buffer_count = (int)(sizeof buffers / sizeof *buffers),
+    .buffers = nph_photonmap_buffers,
+    .buffer_count = NPH_PHOTONMAP_BUFFERS,
     .plan = nph_photonmap_plan,
     .channels = channels,
     .open = open_photonmap,
@@ -215,4 +270,13 @@ const NphMethod nph_photonmap = {
     .statistics = statistics,
     .close = close_photonmap,
     .replay = replay,
+    .arguments = arguments,
+    .argument_count = NPH_PHOTONMAP_ARGUMENTS,
+    .begin_launch = nph_photonmap_begin_launch,
+    .extend = nph_photonmap_extend,
+    .view = nph_photonmap_view,
+    .hold = nph_photonmap_hold,
+    .check = nph_photonmap_check,
+    .launch = nph_photonmap_launch_alone,
+    .facts = facts,
 };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * photonmap.trace: photons from a light through all media [Jensen98]. The nearest collision of the media is the
+ * photonmap.count and photonmap.trace: photons from a light through all media [Jensen98]. The nearest collision of the media is the
  * photon's, as in path; there its weight takes the albedo, what it scatters is stored (not the first time, where direct
  * light is found by shadow rays), and it lives on with the probability of its weight, which is then 1 again: a photon
  * that is scattered is as strong as one that is not, and absorption makes them fewer.
@@ -17,7 +17,7 @@ size_t NPH_KERNEL(nph_photonmap_photon_bytes)(void);
 void NPH_KERNEL(nph_photonmap_prepare)(const NphJob *job, const NphPhotonmapChoice *choice, void *memory);
 int64_t NPH_KERNEL(nph_photonmap_count)(const void *scene, uint32_t sample, const int64_t range[2], NphTally *tally);
 void NPH_KERNEL(nph_photonmap_store)(const void *scene, const NphPhotonMap *map, const int64_t range[2],
-                                     int64_t ordinal);
+                                     const int64_t numbers[2]);
 int64_t NPH_KERNEL(nph_photonmap_thin)(const void *scene, uint32_t sample, int64_t scattered);
 
 typedef struct Flying {
@@ -27,7 +27,7 @@ typedef struct Flying {
     int hero;
     NphTally *tally;
     const NphPhotonMap *map; /* NULL: what would be stored is counted */
-    int64_t ordinal;         /* of what is scattered next */
+    int64_t number, end;     /* of what is scattered next; from here on nothing is stored */
 } Flying;
 
 size_t NPH_KERNEL(nph_photonmap_scene_bytes)(void) { return sizeof(RPhotonScene); }
@@ -113,12 +113,13 @@ static void put(const Flying *f, int64_t slot, int medium) {
     photon->extinction = r_extinction_at(&f->scene->local, f->p);
     photon->medium = medium;
     photon->order = (int32_t)f->vertex;
+    if (map->names) map->names[slot] = (int64_t)f->photon * NPH_PHOTONMAP_NAMES + (int64_t)f->vertex;
 }
 
 static void deposit(Flying *f, int medium) {
     if (f->vertex < (f->scene->direct ? 2u : 1u)) return;
-    int64_t number = f->ordinal++;
-    if (!f->map) return;
+    int64_t number = f->number++;
+    if (!f->map || number >= f->end) return;
     uint64_t j = (uint64_t)number, room = (uint64_t)f->map->room, all = (uint64_t)f->map->scattered;
     if (all <= room) {
         put(f, number, medium);
@@ -177,25 +178,27 @@ int64_t NPH_KERNEL(nph_photonmap_count)(const void *scene, uint32_t sample, cons
     const RPhotonScene *lit = scene;
     if (!(lit->choose[lit->local.light_count] > 0.0)) return 0; /* no light sends anything */
     for (int64_t i = range[0]; i < range[1]; i++) {
-        Flying f = {.scene = scene, .photon = (uint32_t)i, .sample = sample, .tally = tally, .ordinal = count};
+        Flying f = {.scene = scene, .photon = (uint32_t)i, .sample = sample, .tally = tally, .number = count};
         follow(&f);
-        count = f.ordinal;
+        count = f.number;
     }
     return count;
 }
 
 void NPH_KERNEL(nph_photonmap_store)(const void *scene, const NphPhotonMap *map, const int64_t range[2],
-                                     int64_t ordinal) {
+                                     const int64_t numbers[2]) {
     NphTally counted_before = {0, 0, 0, 0};
+    int64_t number = numbers[0];
     for (int64_t i = range[0]; i < range[1]; i++) {
         Flying f = {.scene = scene,
                     .photon = (uint32_t)i,
                     .sample = map->sample,
                     .tally = &counted_before,
                     .map = map,
-                    .ordinal = ordinal};
+                    .number = number,
+                    .end = numbers[1]};
         follow(&f);
-        ordinal = f.ordinal;
+        number = f.number;
     }
 }
 

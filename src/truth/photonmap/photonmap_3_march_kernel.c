@@ -302,14 +302,15 @@ static March march_of(const void *scene, const NphPhotonMap *map, uint32_t pixel
 void NPH_KERNEL(nph_photonmap_march)(const void *scene, const NphPhotonMap *map, const NphPhotonmapTile *tile,
                                      NphTally *tally) {
     const RScene *local = &((const RPhotonScene *)scene)->local;
-    Real *samples = tile->samples;
+    const int *crop = tile->crop;
+    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+    Real *image = tile->image;
     for (int y = tile->inside[1]; y < tile->inside[3]; y++)
         for (int x = tile->inside[0]; x < tile->inside[2]; x++) {
-            int pixel = (y - tile->origin[1]) * NPH_TILE + x - tile->origin[0];
+            int64_t pixel = (y - crop[1]) * width + x - crop[0];
             March m = march_of(scene, map, (uint32_t)y * (uint32_t)local->width + (uint32_t)x, tally);
             march(&m, x, y);
-            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
-                samples[(f * NPH_TILE_PIXELS + pixel) * NPH_CHUNK + tile->slot] = m.field[f];
+            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) image[f * pixels + pixel] = m.field[f];
         }
 }
 

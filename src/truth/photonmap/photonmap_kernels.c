@@ -10,10 +10,15 @@ BUILDS(size_t, nph_photonmap_scene_bytes, (void));
 BUILDS(size_t, nph_photonmap_photon_bytes, (void));
 BUILDS(void, nph_photonmap_prepare, (const NphJob *, const NphPhotonmapChoice *, void *));
 BUILDS(int64_t, nph_photonmap_count, (const void *, uint32_t, const int64_t *, NphTally *));
-BUILDS(void, nph_photonmap_store, (const void *, const NphPhotonMap *, const int64_t *, int64_t));
+BUILDS(void, nph_photonmap_store, (const void *, const NphPhotonMap *, const int64_t *, const int64_t *));
 BUILDS(int64_t, nph_photonmap_thin, (const void *, uint32_t, int64_t));
 BUILDS(void, nph_photonmap_march, (const void *, const NphPhotonMap *, const NphPhotonmapTile *, NphTally *));
 BUILDS(void, nph_photonmap_replay, (const void *, const NphPhotonMap *, const int *, NphLineFn, void *, double *));
+BUILDS(void, nph_photonmap_clear, (NphPhotonMap *));
+BUILDS(void, nph_photonmap_show, (const NphPhotonMap *, int, void *));
+BUILDS(void, nph_photonmap_take, (NphPhotonMap *, int, const void *));
+BUILDS(void, nph_photonmap_gather, (const void *, const int *, const int *, const int *, void *));
+BUILDS(void, nph_photonmap_facts, (const void *, int64_t, NphFactFn, void *));
 
 void nph_photonmap_kernels(int precision, NphPhotonmapKernels *kernels) {
     int f32 = precision == 32;
@@ -25,4 +30,9 @@ void nph_photonmap_kernels(int precision, NphPhotonmapKernels *kernels) {
     kernels->thin = f32 ? nph_photonmap_thin_f32_base : nph_photonmap_thin_f64_base;
     kernels->march = f32 ? nph_photonmap_march_f32_base : nph_photonmap_march_f64_base;
     kernels->replay = f32 ? nph_photonmap_replay_f32_base : nph_photonmap_replay_f64_base;
+    kernels->clear = f32 ? nph_photonmap_clear_f32_base : nph_photonmap_clear_f64_base;
+    kernels->show = f32 ? nph_photonmap_show_f32_base : nph_photonmap_show_f64_base;
+    kernels->take = f32 ? nph_photonmap_take_f32_base : nph_photonmap_take_f64_base;
+    kernels->gather = f32 ? nph_photonmap_gather_f32_base : nph_photonmap_gather_f64_base;
+    kernels->facts = f32 ? nph_photonmap_facts_f32_base : nph_photonmap_facts_f64_base;
 }

@@ -44,11 +44,14 @@ static NphStatus plan_buffers(const NphJob *job, const NphPhotonmapChoice *choic
     NPH_TRY(nph_plan_add(context, plan, "buffer", "photonmap.photon",
                          nph_photonmap_map_bytes(job->precision, choice, threads),
                          "room for %lld photons, their tree, and counts of blocks", (long long)choice->room));
-    uint64_t across = (uint64_t)((job->crop[2] + NPH_TILE - 1) / NPH_TILE - job->crop[0] / NPH_TILE);
-    uint64_t down = (uint64_t)((job->crop[3] + NPH_TILE - 1) / NPH_TILE - job->crop[1] / NPH_TILE);
-    NPH_TRY(nph_plan_add(context, plan, "buffer", "photonmap.sample",
-                         across * down * NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * real,
+    if (job->tap)
+        NPH_TRY(nph_plan_add(context, plan, "buffer", "photonmap.id", nph_photonmap_column_bytes(job->precision, choice->room),
+                             "photons as others see them"));
+    uint64_t pixels = (uint64_t)(job->crop[2] - job->crop[0]) * (uint64_t)(job->crop[3] - job->crop[1]);
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "photonmap.image", NPH_CHUNK * NPH_SAMPLE_FIELDS * pixels * real,
                          "%d samples of every pixel", NPH_CHUNK));
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "photonmap.sample", NPH_CHUNK * NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * real,
+                         "those of a tile"));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "film scratch",
                          nph_film_scratch_bytes(choice->transport.film_channels), "one"));
     uint64_t regions =
@@ -72,6 +75,8 @@ NphStatus nph_photonmap_plan(const NphJob *job, NphPlan *plan) {
     }
     if (!choice.traced)
         NPH_TRY(nph_plan_add(context, plan, "left out", "photons", 0, "nothing scatters, or there is no light"));
+    else if (choice.emitted)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "pilot", 0, "photonmap.emitted says how many photons are sent out"));
     if (job->knobs[NPH_PHOTONMAP_KNOB_DIRECT] < 0.5)
         NPH_TRY(nph_plan_add(context, plan, "left out", "shadow rays", 0, "direct light is taken from photons too"));
     NPH_TRY(nph_transport_plan(context, job->scene, &choice.transport, plan));
