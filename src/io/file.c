@@ -183,10 +183,10 @@ static int reason_of_failed_write(FILE *stream) {
 }
 
 /* Everything before the rename; 0 or the error number. */
-static int finish_stream(FILE *stream) {
+static int finish_stream(FILE *stream, int sync) {
     int error = fflush(stream) != 0 ? errno : 0;
     if (!error && ferror(stream)) error = reason_of_failed_write(stream);
-    if (!error && fsync(fileno(stream)) != 0) error = errno;
+    if (!error && sync && fsync(fileno(stream)) != 0) error = errno;
     if (fclose(stream) != 0 && !error) error = errno;
     return error;
 }
@@ -204,9 +204,9 @@ static int sync_folder(const char *path, char *scratch) {
     return error;
 }
 
-NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) {
+static NphStatus commit(NphContext *context, NphWriter *writer, int sync) {
     const char *doing = "cannot write";
-    int error = finish_stream(writer->stream);
+    int error = finish_stream(writer->stream, sync);
     writer->stream = NULL;
     if (!error && rename(writer->temporary, writer->path) != 0) {
         error = errno;
@@ -216,12 +216,16 @@ NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) {
     if (error) {
         unlink(writer->temporary);
         status = fail(context, NPH_BAD_OUTPUT, writer->path, doing, error);
-    } else if ((error = sync_folder(writer->path, writer->temporary)) != 0) {
+    } else if (sync && (error = sync_folder(writer->path, writer->temporary)) != 0) {
         status = fail(context, NPH_BAD_OUTPUT, writer->path, "written, but its folder cannot be synced", error);
     }
     forget(context, writer);
     return status;
 }
+
+NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) { return commit(context, writer, 1); }
+
+NphStatus nph_writer_commit_unsynced(NphContext *context, NphWriter *writer) { return commit(context, writer, 0); }
 
 void nph_writer_abandon(NphContext *context, NphWriter *writer) {
     if (writer->stream) fclose(writer->stream);

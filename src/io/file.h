@@ -31,6 +31,8 @@ typedef struct NphWriter {
 NphStatus nph_writer_open(NphContext *context, const char *path, NphWriter *writer);
 /* Flushes, syncs, renames; on any failure the temporary is removed and NPH_BAD_OUTPUT reported. */
 NphStatus nph_writer_commit(NphContext *context, NphWriter *writer);
+/* The same without syncing, beside files that are not synced either: a power cut may tear it. */
+NphStatus nph_writer_commit_unsynced(NphContext *context, NphWriter *writer);
 /* Removes the temporary; safe after commit. */
 void nph_writer_abandon(NphContext *context, NphWriter *writer);
 

@@ -31,6 +31,7 @@ static NphStatus open_dump(NphDump *dump, const NphJob *job, const NphDumpOption
     dump->options = options;
     dump->stage = options->stage ? nph_stage_find(dump->method, options->stage) : -1;
     dump->tile = -1;
+    dump->digest = nph_digest_pick(nph_context_isa(job->context));
     mark_buffers(dump);
     if (options->stage && dump->stage < 0)
         return nph_error(job->context, NPH_BAD_USAGE, "method %s has no stage %s", dump->method->name, options->stage);
@@ -140,6 +141,18 @@ static NphStatus check_size(const NphScene *scene, const NphRenderOptions *optio
                      "(--dump-select), or allow more (--dump-limit)", bytes / 1048576.0, (double)what->limit_bytes / 1048576.0);
 }
 
+static NphStatus run(NphDump *dump, const NphJob *job, const char *scene_name, const NphRenderOptions *options, NphFilm **film,
+                     NphRenderStatistics *statistics) {
+    NphTap tap = {dump, nph_dump_before, nph_dump_after};
+    NPH_TRY(check_size(job->scene, options, dump->options, job, dump->method));
+    NPH_TRY(check_folder(job->context, dump->options->folder));
+    NphStatus status = nph_render_tapped(job->context, job->scene, options, &tap, film, statistics);
+    if (status != NPH_OK && status != NPH_INTERRUPTED) return status;
+    NPH_TRY(nph_dump_close_files(dump)); /* what there is, is whole */
+    NPH_TRY(nph_dump_write_manifest(dump, job, scene_name));
+    return status;
+}
+
 NphStatus nph_dump(NphContext *context, const NphScene *scene, const char *scene_name, const NphRenderOptions *options,
                    const NphDumpOptions *what, NphFilm **film, NphRenderStatistics *statistics) {
     NphDump dump = {.write = 1};
@@ -147,15 +160,7 @@ NphStatus nph_dump(NphContext *context, const NphScene *scene, const char *scene
     NPH_TRY(nph_job_make(context, scene, options, &dump.method, &job));
     NPH_TRY(nph_stages_supported(context, dump.method));
     NPH_TRY(open_dump(&dump, &job, what));
-    NphTap tap = {&dump, nph_dump_before, nph_dump_after};
-    NphStatus status = check_size(scene, options, what, &job, dump.method);
-    if (status == NPH_OK) status = check_folder(context, what->folder);
-    if (status == NPH_OK) status = nph_render_tapped(context, scene, options, &tap, film, statistics);
-    if (status == NPH_OK || status == NPH_INTERRUPTED) { /* what there is, is whole */
-        NphStatus written = nph_dump_close_files(&dump);
-        if (written == NPH_OK) written = nph_dump_write_manifest(&dump, &job, scene_name);
-        if (written != NPH_OK) status = written;
-    }
+    NphStatus status = run(&dump, &job, scene_name, options, film, statistics);
     close_dump(&dump);
     return status;
 }

@@ -79,15 +79,6 @@ static void json_output(NphJson *json, const char *buffer, const NphDumpArray *a
     nph_json_close(json);
 }
 
-/* Of the elements, row by row: as if they lay without gaps. */
-static void digest_rows(const NphView *view, size_t row, size_t rows, char text[NPH_DIGEST_TEXT]) {
-    NphDigest digest;
-    nph_digest_begin(&digest);
-    for (size_t r = 0; r < rows; r++)
-        nph_digest_add(&digest, (const char *)view->data + r * (size_t)view->stride * nph_type_size(view->type), row);
-    nph_digest_end(&digest, text);
-}
-
 static NphStatus cannot(const NphDumpWorker *worker, const char *what) {
     return nph_error(worker->context, NPH_BAD_OUTPUT, "%s: cannot be %s: %s", worker->path, what, strerror(errno));
 }
@@ -145,7 +136,7 @@ static NphStatus write_buffer(NphDump *dump, NphDumpWorker *worker, const NphLau
     size_t rows = view->rank > 1 ? (size_t)view->shape[0] : 1, row = nph_type_size(view->type);
     for (int a = view->rank > 1; a < view->rank; a++) row *= (size_t)view->shape[a];
     memcpy(made.shape, view->shape, sizeof made.shape);
-    digest_rows(view, row, rows, made.digest);
+    dump->digest(view->data, rows, row, (size_t)view->stride * nph_type_size(view->type), made.digest);
     if (now->file[0] && now->rank == made.rank && strcmp(now->digest, made.digest) == 0 &&
         memcmp(now->shape, made.shape, sizeof made.shape) == 0)
         return NPH_OK;

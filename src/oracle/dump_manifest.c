@@ -123,7 +123,7 @@ NphStatus nph_dump_write_manifest(const NphDump *dump, const NphJob *job, const 
         for (size_t r = 0; r < count; r++) nph_json_copy(&json, NULL, records[r].line, records[r].length);
         nph_json_close(&json);
         nph_json_close(&json);
-        NphStatus written = nph_writer_commit(dump->context, &writer);
+        NphStatus written = nph_writer_commit_unsynced(dump->context, &writer);
         status = status == NPH_OK ? written : status;
     }
     nph_free(dump->context, records);

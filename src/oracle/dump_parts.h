@@ -53,6 +53,7 @@ typedef struct NphDump {
     int stage, write; /* write: 0 only counts */
     int64_t tile;     /* of options.pixel */
     int worker_count;
+    NphDigestFn digest;
     unsigned char reads[NPH_MAX_STAGES][NPH_MAX_BUFFERS], writes[NPH_MAX_STAGES][NPH_MAX_BUFFERS];
     pthread_mutex_t lock;
     uint64_t bytes;   /* of all workers, under the lock */
