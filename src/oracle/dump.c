@@ -74,7 +74,7 @@ static int tiles_of(const int crop[4]) {
     return ((crop[2] - 1) / NPH_TILE - crop[0] / NPH_TILE + 1) * ((crop[3] - 1) / NPH_TILE - crop[1] / NPH_TILE + 1);
 }
 
-/* The first samples of the tile in the middle and of those around it, at most `around` on each side; of all tiles where pixels
+/* The first samples of the tile in the middle and of those around it, `around` on each side at most; of all tiles where pixels
  * share their samples. */
 static NphRenderOptions first_samples(const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job, int shared, int around) {
     NphRenderOptions few = *options;
@@ -91,7 +91,8 @@ static NphRenderOptions first_samples(const NphRenderOptions *options, const Nph
     return few;
 }
 
-/* Counts what these would take and scales it up. */
+/* Counts what these would take and scales it up. around 0: of one batch, which is an image where pixels share their samples; that its
+ * tiles come on top is left out. */
 static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                           const NphMethod *method, int around, double *bytes) {
     NphDump dump = {.method = method};
@@ -102,11 +103,15 @@ static NphStatus forecast(const NphScene *scene, const NphRenderOptions *options
     int tiles = tiles_of(few.crop), whole = what->pixel_given ? 1 : tiles_of(job->crop);
     all.pixel_given = 0;
     all.batch = one && shared ? what->batch % (NPH_CHUNK + whole) : -1;
+    int image = shared && !one && around == 0;
+    dump.one_batch = image;
     NPH_TRY(open_dump(&dump, job, &all));
     NphTap tap = {&dump, nph_dump_before, nph_dump_after};
     NphStatus status = nph_render_tapped(job->context, scene, &few, &tap, &film, NULL);
     *bytes = (double)(dump.bytes - dump.once);
     *bytes *= one ? (shared ? 1.0 : 1.0 / tiles) : (double)whole / tiles * (double)(job->sample_end - job->sample_begin) / NPH_CHUNK;
+    if (image) *bytes *= NPH_CHUNK;
+    if (image && status == NPH_INTERRUPTED && !nph_interrupted(job->context)) status = NPH_OK;
     *bytes += (double)dump.once;
     close_dump(&dump);
     nph_film_free(job->context, film);
@@ -127,7 +132,7 @@ static NphStatus check_densities(const NphScene *scene, const NphDumpOptions *wh
     return NPH_OK;
 }
 
-/* The tile in the middle says enough where a multiple of it fits; the run stops at the limit in any case. */
+/* One batch says enough where a multiple of it fits; the run stops at the limit in any case. */
 static NphStatus check_size(const NphScene *scene, const NphRenderOptions *options, const NphDumpOptions *what, const NphJob *job,
                             const NphMethod *method) {
     enum { AMPLE = 8, AROUND = 2 };
@@ -135,7 +140,7 @@ static NphStatus check_size(const NphScene *scene, const NphRenderOptions *optio
     NPH_TRY(check_densities(scene, what, job, method));
     NPH_TRY(forecast(scene, options, what, job, method, 0, &bytes));
     if (AMPLE * bytes <= (double)what->limit_bytes) return NPH_OK;
-    if (!what->pixel_given && !method->shares_samples) NPH_TRY(forecast(scene, options, what, job, method, AROUND, &bytes));
+    if (!what->pixel_given) NPH_TRY(forecast(scene, options, what, job, method, AROUND, &bytes));
     if (bytes <= (double)what->limit_bytes) return NPH_OK;
     return nph_error(job->context, NPH_NO_MEMORY, "the dump will take about %.1f MiB, its limit is %.1f MiB: write less "
                      "(--dump-select), or allow more (--dump-limit)", bytes / 1048576.0, (double)what->limit_bytes / 1048576.0);

@@ -161,6 +161,7 @@ NphStatus nph_dump_before(void *user, void *state, int index, const NphLaunch *l
     NphDumpWorker *worker = &dump->workers[index];
     const NphMethod *method = dump->method;
     NphJson *json = &worker->json;
+    if (dump->one_batch && launch->batch > 0) return NPH_INTERRUPTED;
     int alone = launch->number == 0 || launch->batch == NPH_BATCH_OF_SCENE;
     for (int b = 0; b < method->buffer_count && alone; b++) worker->now[b].file[0] = 0;
     if (!is_selected(dump, launch)) return NPH_OK;

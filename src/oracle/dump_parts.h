@@ -51,6 +51,7 @@ typedef struct NphDump {
     const NphMethod *method;
     const NphDumpOptions *options;
     int stage, write; /* write: 0 only counts */
+    int one_batch;    /* the run ends after batch 0 */
     int64_t tile;     /* of options.pixel */
     int worker_count;
     NphDigestFn digest;
