@@ -22,18 +22,31 @@ static int is_selected(const NphDump *dump, const NphLaunch *launch) {
            (o->batch < 0 || launch->batch == o->batch) && (dump->tile < 0 || launch->arguments[0] == dump->tile);
 }
 
-/* NphTextFn: to the worker's text. */
+/* Another block, with what there is of the line. */
+static NphStatus add_block(NphDumpWorker *worker, size_t length) {
+    enum { BLOCK_BYTES = 1 << 18 };
+    NphDumpRecord *record = &worker->records[worker->record_count - 1];
+    size_t begun = worker->block ? (size_t)(worker->block->text + worker->block_used - record->line) : 0;
+    size_t room = begun + length < BLOCK_BYTES / 2 ? BLOCK_BYTES : 2 * (begun + length);
+    NphDumpBlock *made = NULL;
+    NPH_TRY(nph_alloc(worker->context, sizeof *made + room, 1, "manifest of a dump", (void **)&made));
+    if (begun) memcpy(made->text, record->line, begun);
+    made->before = worker->block;
+    record->line = made->text;
+    worker->block = made;
+    worker->block_room = room;
+    worker->block_used = begun;
+    return NPH_OK;
+}
+
+/* NphTextFn: to the line of the record made last. */
 static void add_text(void *user, const char *text, size_t length) {
     NphDumpWorker *worker = user;
+    if (worker->text_status == NPH_OK && worker->block_used + length > worker->block_room)
+        worker->text_status = add_block(worker, length);
     if (worker->text_status != NPH_OK) return;
-    if (worker->text_length + length > worker->text_room) {
-        size_t room = 2 * (worker->text_room + length);
-        worker->text_status = nph_realloc(worker->context, room, 1, "manifest of a dump", (void **)&worker->text);
-        if (worker->text_status != NPH_OK) return;
-        worker->text_room = room;
-    }
-    memcpy(worker->text + worker->text_length, text, length);
-    worker->text_length += length;
+    memcpy(worker->block->text + worker->block_used, text, length);
+    worker->block_used += length;
 }
 
 static NphStatus add_record(NphDumpWorker *worker, const NphLaunch *launch) {
@@ -42,7 +55,8 @@ static NphStatus add_record(NphDumpWorker *worker, const NphLaunch *launch) {
         NPH_TRY(nph_realloc(worker->context, room, sizeof *worker->records, "launches of a dump", (void **)&worker->records));
         worker->record_room = room;
     }
-    worker->records[worker->record_count++] = (NphDumpRecord){launch->batch, launch->number, worker->text_length, 0, NULL};
+    const char *line = worker->block ? worker->block->text + worker->block_used : NULL;
+    worker->records[worker->record_count++] = (NphDumpRecord){launch->batch, launch->number, line, 0};
     return NPH_OK;
 }
 
@@ -194,9 +208,10 @@ NphStatus nph_dump_after(void *user, void *state, int index, const NphLaunch *la
     if (!selected) return NPH_OK;
     nph_json_close(&worker->json);
     nph_json_close(&worker->json);
+    if (worker->text_status != NPH_OK) return worker->text_status;
     NphDumpRecord *record = &worker->records[worker->record_count - 1];
-    record->length = worker->text_length - record->first;
-    return worker->text_status;
+    record->length = (size_t)(worker->block->text + worker->block_used - record->line);
+    return NPH_OK;
 }
 
 NphStatus nph_dump_close_files(NphDump *dump) {
@@ -214,7 +229,10 @@ void nph_dump_free_workers(NphDump *dump) {
         if (worker->is_open) close(worker->file.file); /* of a run that failed */
         nph_appender_close(dump->context, &worker->file);
         nph_free(dump->context, worker->records);
-        nph_free(dump->context, worker->text);
+        for (NphDumpBlock *block = worker->block, *before; block; block = before) {
+            before = block->before;
+            nph_free(dump->context, block);
+        }
     }
     nph_free(dump->context, dump->workers);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * manifest.json of a dump, written when all else is there: a dump without one is not whole. See dump_parts.h. */
+#define _POSIX_C_SOURCE 200809L
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,18 @@ static int by_launch(const void *a, const void *b) {
     return (x->number > y->number) - (x->number < y->number);
 }
 
+typedef struct Sink {
+    NphContext *context;
+    NphAppender file;
+    NphStatus status;
+} Sink;
+
+/* NphTextFn: most of the manifest is lines of launches, too long for a stream's small writes. */
+static void add_text(void *user, const char *text, size_t length) {
+    Sink *sink = user;
+    if (sink->status == NPH_OK) sink->status = nph_appender_add(sink->context, &sink->file, text, length);
+}
+
 static NphStatus join_records(const NphDump *dump, NphDumpRecord **out, size_t *count) {
     size_t total = 0;
     for (int w = 0; w < dump->worker_count; w++) total += dump->workers[w].record_count;
@@ -23,11 +36,8 @@ static NphStatus join_records(const NphDump *dump, NphDumpRecord **out, size_t *
     *count = 0;
     for (int w = 0; w < dump->worker_count; w++) {
         const NphDumpWorker *worker = &dump->workers[w];
-        for (size_t r = 0; r < worker->record_count; r++) {
-            NphDumpRecord *record = &(*out)[(*count)++];
-            *record = worker->records[r];
-            record->line = worker->text + record->first;
-        }
+        if (worker->record_count) memcpy(*out + *count, worker->records, worker->record_count * sizeof **out);
+        *count += worker->record_count;
     }
     qsort(*out, total, sizeof **out, by_launch);
     return NPH_OK;
@@ -103,28 +113,37 @@ static void json_job(NphJson *json, const NphJob *job, const NphMethod *method, 
     nph_json_close(json);
 }
 
+static NphStatus write_text(const NphDump *dump, const NphJob *job, const char *scene_name, size_t count, const NphDumpRecord *records,
+                            Sink *sink) {
+    NphJson json;
+    nph_json_begin(&json, add_text, sink);
+    nph_json_object(&json, NULL);
+    json_job(&json, job, dump->method, scene_name);
+    json_stages(&json, dump->method);
+    json_buffers(&json, dump->method, job->precision);
+    NPH_TRY(nph_json_facts(&json, dump->method, job));
+    nph_json_array(&json, "launches");
+    for (size_t r = 0; r < count; r++) nph_json_copy(&json, NULL, records[r].line, records[r].length);
+    nph_json_close(&json);
+    nph_json_close(&json);
+    return sink->status == NPH_OK ? nph_appender_flush(sink->context, &sink->file) : sink->status;
+}
+
 NphStatus nph_dump_write_manifest(const NphDump *dump, const NphJob *job, const char *scene_name) {
     NphDumpRecord *records = NULL;
     size_t count = 0;
     char path[NPH_DUMP_PATH];
     NphWriter writer;
-    NphJson json;
+    Sink sink = {.context = dump->context};
     NPH_TRY(join_records(dump, &records, &count));
     snprintf(path, sizeof path, "%s/manifest.json", dump->options->folder);
     NphStatus status = nph_writer_open(dump->context, path, &writer);
     if (status == NPH_OK) {
-        nph_json_begin(&json, nph_json_to_file, writer.stream);
-        nph_json_object(&json, NULL);
-        json_job(&json, job, dump->method, scene_name);
-        json_stages(&json, dump->method);
-        json_buffers(&json, dump->method, job->precision);
-        status = nph_json_facts(&json, dump->method, job);
-        nph_json_array(&json, "launches");
-        for (size_t r = 0; r < count; r++) nph_json_copy(&json, NULL, records[r].line, records[r].length);
-        nph_json_close(&json);
-        nph_json_close(&json);
-        NphStatus written = nph_writer_commit_unsynced(dump->context, &writer);
-        status = status == NPH_OK ? written : status;
+        status = nph_appender_open(dump->context, fileno(writer.stream), path, &sink.file);
+        if (status == NPH_OK) status = write_text(dump, job, scene_name, count, records, &sink);
+        nph_appender_close(dump->context, &sink.file);
+        if (status == NPH_OK) status = nph_writer_commit_unsynced(dump->context, &writer);
+        else nph_writer_abandon(dump->context, &writer);
     }
     nph_free(dump->context, records);
     return status;

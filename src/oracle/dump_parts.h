@@ -27,16 +27,21 @@ typedef struct NphDumpArray {
 
 typedef struct NphDumpRecord {
     int64_t batch, number;
-    size_t first, length; /* of its line in the worker's text */
-    const char *line;     /* once all is joined */
+    const char *line; /* of the manifest; in a block of its worker */
+    size_t length;
 } NphDumpRecord;
+
+typedef struct NphDumpBlock {
+    struct NphDumpBlock *before;
+    char text[];
+} NphDumpBlock;
 
 typedef struct NphDumpWorker {
     NphContext *context;
     NphDumpRecord *records;
     size_t record_room, record_count;
-    char *text;
-    size_t text_room, text_length;
+    NphDumpBlock *block; /* holds the line under way */
+    size_t block_room, block_used;
     NphStatus text_status; /* NPH_NO_MEMORY: no room for more text */
     NphJson json;          /* the line under way */
     NphDumpArray now[NPH_MAX_BUFFERS]; /* what holds each buffer */

@@ -121,7 +121,7 @@ START_TEST(a_manifest_that_cannot_be_written_is_told) {
     limit_file_size(RLIM_INFINITY);
     const char *said = nph_test_messages();
     ck_assert_msg(status == NPH_BAD_OUTPUT, "status %d: %s", (int)status, said);
-    ck_assert_msg(strstr(said, "manifest.json: cannot write: File too large"), "%s", said);
+    ck_assert_msg(strstr(said, "manifest.json: cannot be written: File too large"), "%s", said);
     ck_assert(!has(what.folder, "manifest.json"));
     nph_film_free(context, film);
     remove_folder(what.folder);
