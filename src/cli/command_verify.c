@@ -49,7 +49,7 @@ static void print_row(const NphVerifyRow *row) {
         printf("        of %lld items %lld are turned over, at most %.3g may be; %lld are off by more than %.3g ulp, at most %.3g may be\n",
                (long long)row->items, (long long)row->turned, row->tolerance.flips * (double)row->items, (long long)row->untypical,
                row->tolerance.typical, row->tolerance.tail * (double)row->items + 1);
-    if (row->beyond == 0 && !row->failed) return;
+    if (row->cells == 0 || (row->beyond == 0 && !row->failed)) return;
     cell_text(&row->worst, text);
     printf("        worst: %s\n        ulp up to:", text);
     for (int b = 0; b < NPH_VERIFY_BINS; b++) printf("  %s: %lld", bins[b], (long long)row->histogram[b]);
@@ -179,7 +179,7 @@ static NphStatus measure(VerifyCommand *verify, const char *reference, const cha
 /* tolerances.json beside the reference's manifest; measured now where it is not there, and kept where it can be. */
 static NphStatus find_tolerances(VerifyCommand *verify, const char *reference, const char *scene) {
     NphContext *context = verify->session.context;
-    char path[4096], passing[] = "/tmp/nephos-tolerances.XXXXXX";
+    char path[4096], passing[4096];
     const char *last = strrchr(reference, '/');
     struct stat found;
     int manifest = strcmp(last ? last + 1 : reference, "manifest.json") == 0;
@@ -187,6 +187,8 @@ static NphStatus find_tolerances(VerifyCommand *verify, const char *reference, c
     snprintf(path, sizeof path, "%.*s%stolerances.json", length, reference, length > 0 ? "/" : "");
     if (stat(path, &found) == 0) return nph_tolerances_read(context, path, &verify->measured);
     snprintf(path, sizeof path, "%.*s", length > 0 ? length : 1, length > 0 ? reference : ".");
+    const char *temporary = getenv("TMPDIR");
+    snprintf(passing, sizeof passing, "%s/nephos-tolerances.XXXXXX", temporary && *temporary ? temporary : "/tmp");
     int kept = access(path, W_OK) == 0, file = kept ? -1 : mkstemp(passing);
     if (!kept && file < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: no file for tolerances: %s", passing, strerror(errno));
     if (kept) snprintf(path, sizeof path, "%.*s%stolerances.json", length, reference, length > 0 ? "/" : "");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * See json.h. Layout: a member of an object, and a container inside an array, begins a line of its own, indented by two
- * spaces per level; plain values of an array share a line. */
+ * spaces per level; plain values of an array share a line. Of a value on one line, blanks stand for the breaks between members. */
 #include "core/json.h"
 
 #include <assert.h>
@@ -71,8 +71,8 @@ static void introduce(NphJson *json, const char *key, int is_container) {
     int inside_object = json->open[json->depth - 1].close == '}';
     assert(inside_object == (key != NULL));
     if (json->after_first) put(json, ",");
-    json->open[json->depth - 1].spread = inside_object || is_container;
-    if (inside_object || is_container) {
+    json->open[json->depth - 1].spread = !json->line && (inside_object || is_container);
+    if (json->open[json->depth - 1].spread) {
         break_line(json);
     } else if (json->after_first) {
         put(json, " ");
@@ -100,6 +100,11 @@ void nph_json_begin(NphJson *json, NphTextFn write, void *user) {
     json->user = user;
 }
 
+void nph_json_begin_line(NphJson *json, NphTextFn write, void *user) {
+    nph_json_begin(json, write, user);
+    json->line = 1;
+}
+
 void nph_json_to_file(void *file, const char *text, size_t length) { (void)fwrite(text, 1, length, file); }
 
 void nph_json_object(NphJson *json, const char *key) { open_container(json, key, "{", '}'); }
@@ -111,7 +116,7 @@ void nph_json_close(NphJson *json) {
     if (json->open[json->depth].spread) break_line(json);
     json->write(json->user, &json->open[json->depth].close, 1);
     json->after_first = 1;
-    if (json->depth == 0) put(json, "\n");
+    if (json->depth == 0 && !json->line) put(json, "\n");
 }
 
 void nph_json_text(NphJson *json, const char *key, const char *value) {
@@ -136,6 +141,11 @@ void nph_json_integer(NphJson *json, const char *key, int64_t value) {
 void nph_json_boolean(NphJson *json, const char *key, int value) {
     introduce(json, key, 0);
     put(json, value ? "true" : "false");
+}
+
+void nph_json_copy(NphJson *json, const char *key, const char *value, size_t length) {
+    introduce(json, key, 1);
+    json->write(json->user, value, length);
 }
 
 void nph_json_numbers(NphJson *json, const char *key, int count, const double *values) {

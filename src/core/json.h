@@ -18,6 +18,7 @@ typedef struct NphJson {
     NphTextFn write;
     void *user;
     int depth, after_first; /* after_first: the open container holds a value already */
+    int line;               /* all on one line, which is not ended: a value for nph_json_copy */
     struct {
         char close;  /* ] or } */
         int spread;  /* its last element began a line of its own, so does its closing bracket */
@@ -25,6 +26,8 @@ typedef struct NphJson {
 } NphJson;
 
 void nph_json_begin(NphJson *json, NphTextFn write, void *user);
+/* The same on one line without its end. */
+void nph_json_begin_line(NphJson *json, NphTextFn write, void *user);
 /* NphTextFn with a FILE * as user; errors stay in the FILE for ferror. */
 void nph_json_to_file(void *file, const char *text, size_t length);
 
@@ -37,6 +40,8 @@ void nph_json_text(NphJson *json, const char *key, const char *value); /* NULL b
 void nph_json_number(NphJson *json, const char *key, double value);
 void nph_json_integer(NphJson *json, const char *key, int64_t value);
 void nph_json_boolean(NphJson *json, const char *key, int value);
+/* A value of that many bytes that was written by nph_json_begin_line; in an array it takes a line of its own. */
+void nph_json_copy(NphJson *json, const char *key, const char *value, size_t length);
 /* An array of numbers. */
 void nph_json_numbers(NphJson *json, const char *key, int count, const double *values);
 

@@ -19,7 +19,7 @@
 #include "core/memory.h"
 #include "core/message.h"
 
-enum { REASON_BYTES = 128, NAME_ATTEMPTS = 1000 };
+enum { REASON_BYTES = 128, NAME_ATTEMPTS = 1000, BLOCK_BYTES = 1 << 18 /* stays in a core's cache */ };
 
 /* "PATH: DOING: the system's reason" */
 static NphStatus fail(NphContext *context, NphStatus status, const char *path, const char *doing, int error) {
@@ -183,10 +183,10 @@ static int reason_of_failed_write(FILE *stream) {
 }
 
 /* Everything before the rename; 0 or the error number. */
-static int finish_stream(FILE *stream) {
+static int finish_stream(FILE *stream, int sync) {
     int error = fflush(stream) != 0 ? errno : 0;
     if (!error && ferror(stream)) error = reason_of_failed_write(stream);
-    if (!error && fsync(fileno(stream)) != 0) error = errno;
+    if (!error && sync && fsync(fileno(stream)) != 0) error = errno;
     if (fclose(stream) != 0 && !error) error = errno;
     return error;
 }
@@ -204,9 +204,9 @@ static int sync_folder(const char *path, char *scratch) {
     return error;
 }
 
-NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) {
+static NphStatus commit(NphContext *context, NphWriter *writer, int sync) {
     const char *doing = "cannot write";
-    int error = finish_stream(writer->stream);
+    int error = finish_stream(writer->stream, sync);
     writer->stream = NULL;
     if (!error && rename(writer->temporary, writer->path) != 0) {
         error = errno;
@@ -216,15 +216,64 @@ NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) {
     if (error) {
         unlink(writer->temporary);
         status = fail(context, NPH_BAD_OUTPUT, writer->path, doing, error);
-    } else if ((error = sync_folder(writer->path, writer->temporary)) != 0) {
+    } else if (sync && (error = sync_folder(writer->path, writer->temporary)) != 0) {
         status = fail(context, NPH_BAD_OUTPUT, writer->path, "written, but its folder cannot be synced", error);
     }
     forget(context, writer);
     return status;
 }
 
+NphStatus nph_writer_commit(NphContext *context, NphWriter *writer) { return commit(context, writer, 1); }
+
+NphStatus nph_writer_commit_unsynced(NphContext *context, NphWriter *writer) { return commit(context, writer, 0); }
+
 void nph_writer_abandon(NphContext *context, NphWriter *writer) {
     if (writer->stream) fclose(writer->stream);
     if (writer->temporary) unlink(writer->temporary);
     forget(context, writer);
+}
+
+NphStatus nph_appender_open(NphContext *context, int file, const char *path, NphAppender *appender) {
+    NphAppender made = {.file = file, .path = path};
+    NPH_TRY(NPH_NEW(context, BLOCK_BYTES, path, &made.block));
+    *appender = made;
+    return NPH_OK;
+}
+
+/* All of them, however often the system takes only a part. */
+static NphStatus write_all(NphContext *context, const NphAppender *appender, const char *bytes, size_t count) {
+    while (count > 0) {
+        ssize_t written = write(appender->file, bytes, count);
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return fail(context, NPH_BAD_OUTPUT, appender->path, "cannot be written", errno);
+        bytes += written;
+        count -= (size_t)written;
+    }
+    return NPH_OK;
+}
+
+NphStatus nph_appender_flush(NphContext *context, NphAppender *appender) {
+    size_t count = appender->used;
+    appender->used = 0;
+    return write_all(context, appender, appender->block, count);
+}
+
+NphStatus nph_appender_add(NphContext *context, NphAppender *appender, const void *bytes, size_t count) {
+    const char *from = bytes;
+    while (count > 0) {
+        size_t whole = appender->used ? 0 : count / BLOCK_BYTES * BLOCK_BYTES, room = BLOCK_BYTES - appender->used;
+        size_t part = whole ? whole : count < room ? count : room;
+        if (whole) NPH_TRY(write_all(context, appender, from, whole));
+        else memcpy(appender->block + appender->used, from, part);
+        if (!whole) appender->used += part;
+        if (appender->used == BLOCK_BYTES) NPH_TRY(nph_appender_flush(context, appender));
+        from += part;
+        count -= part;
+    }
+    return NPH_OK;
+}
+
+void nph_appender_close(NphContext *context, NphAppender *appender) {
+    nph_free(context, appender->block);
+    memset(appender, 0, sizeof *appender);
 }

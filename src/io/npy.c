@@ -3,12 +3,9 @@
  * NumPy's .npy: a magic word, a version, and a Python dictionary with the keys descr, fortran_order and shape; then the
  * elements. Reads versions 1 to 3, either byte order and either memory order; writes version 1.0, C order, the header
  * padded to a multiple of 64 bytes as NumPy does, so that equal arrays are equal files. */
-#define _POSIX_C_SOURCE 200809L
-#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/uio.h>
 
 #include "core/memory.h"
 #include "core/message.h"
@@ -313,40 +310,15 @@ NphStatus nph_array_write_npy(NphContext *context, const char *path, const NphAr
     return nph_npy_write(context, path, array);
 }
 
-/* All of them, however often the system takes only a part. */
-static NphStatus write_parts(NphContext *context, int file, const char *path, struct iovec *parts, int count) {
-    while (count > 0) {
-        ssize_t written = writev(file, parts, count);
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return nph_error(context, NPH_BAD_OUTPUT, "%s: cannot be written: %s", path, strerror(errno));
-        while (count > 0 && (size_t)written >= parts->iov_len) {
-            written -= (ssize_t)parts->iov_len;
-            parts++;
-            count--;
-        }
-        if (count == 0) break;
-        parts->iov_base = (char *)parts->iov_base + written;
-        parts->iov_len -= (size_t)written;
-    }
-    return NPH_OK;
-}
-
-NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t stride, int64_t *size) {
-    enum { PARTS = 64 };
+NphStatus nph_npy_append(NphContext *context, NphAppender *file, const NphArray *array, int64_t stride, int64_t *size) {
     static const char gap[PADDING];
     char header[HEADER_MAX];
     size_t header_bytes = make_header(array, header), bytes = (size_t)nph_array_count(array) * nph_type_size(array->type);
     size_t total = header_bytes + (bytes + PADDING - 1) / PADDING * PADDING;
     int64_t rows = stride && bytes ? array->shape[0] : 1;
-    struct iovec parts[PARTS] = {{header, header_bytes}};
-    int count = 1;
-    for (int64_t r = 0; r < rows; r++) {
-        parts[count++] = (struct iovec){(char *)array->data + r * stride, bytes / (size_t)rows};
-        if (count < PARTS - 1) continue;
-        NPH_TRY(write_parts(context, file, path, parts, count));
-        count = 0;
-    }
-    parts[count++] = (struct iovec){(void *)gap, total - header_bytes - bytes};
+    NPH_TRY(nph_appender_add(context, file, header, header_bytes));
+    for (int64_t r = 0; r < rows; r++)
+        NPH_TRY(nph_appender_add(context, file, (const char *)array->data + r * stride, bytes / (size_t)rows));
     *size += (int64_t)total;
-    return write_parts(context, file, path, parts, count);
+    return nph_appender_add(context, file, gap, total - header_bytes - bytes);
 }

@@ -7,6 +7,7 @@
 
 #include <stdint.h>
 
+#include "io/file.h"
 #include "nephos/array.h"
 
 enum { NPH_LEAF_SIZE = 8, NPH_LEAF_VOXELS = 512 };
@@ -75,9 +76,9 @@ NphStatus nph_vdb_list(NphContext *context, const char *path, NphGridInfo **grid
  * begins at that byte of a file, whatever follows it. */
 NphStatus nph_npy_read(NphContext *context, const char *path, NphArray *array);
 NphStatus nph_npy_write(NphContext *context, const char *path, const NphArray *array);
-/* The same at the end of an open file, whose size, a multiple of 64, grows to the next one. path: for messages.
+/* The same at the end of a file, whose size, a multiple of 64, grows to the next one.
  * stride: bytes from one row of the first axis to the next, 0 where there are no gaps. */
-NphStatus nph_npy_append(NphContext *context, int file, const char *path, const NphArray *array, int64_t stride, int64_t *size);
+NphStatus nph_npy_append(NphContext *context, NphAppender *file, const NphArray *array, int64_t stride, int64_t *size);
 
 /* LES text (water content and effective radius on lattice points), both layouts of the field: comma separated with a
  * column line, and SHDOM's blank separated one. Knows no physics. */

@@ -9,6 +9,8 @@
 #endif
 #include <xxhash.h>
 
+#include "core/cpu.h"
+
 enum { NPH_DIGEST_TEXT = 33 };
 
 typedef struct NphDigest {
@@ -37,5 +39,9 @@ static inline void nph_digest_text(const void *bytes, size_t count, char text[NP
     nph_digest_add(&digest, bytes, count);
     nph_digest_end(&digest, text);
 }
+
+/* Of `rows` rows of `row` bytes that lie `stride` bytes apart, as if they lay without gaps. */
+typedef void (*NphDigestFn)(const void *data, size_t rows, size_t row, size_t stride, char *text);
+NphDigestFn nph_digest_pick(NphIsa isa);
 
 #endif

@@ -250,6 +250,19 @@ static NphStatus compare_launch(Verify *v, const NphManifestLaunch *theirs, cons
     return status;
 }
 
+/* What a candidate cannot be judged by at all. */
+static NphStatus check_candidate(const Verify *v) {
+    const NphManifest *m = &v->candidate;
+    if (!m->launch_count) return nph_error(v->context, NPH_BAD_INPUT, "%smanifest.json: has no launches: there is nothing to compare", m->folder);
+    for (int l = 0; l < m->launch_count; l++) {
+        const NphManifestLaunch *launch = &m->launches[l];
+        if (nph_stage_find(v->method, launch->stage) < 0)
+            return nph_error(v->context, NPH_BAD_INPUT, "%smanifest.json: batch %lld launch %lld: method %s has no stage %s", m->folder,
+                             (long long)launch->batch, (long long)launch->number, v->method->name, launch->stage);
+    }
+    return NPH_OK;
+}
+
 static NphStatus compare_launches(Verify *v) {
     for (int l = 0; l < v->candidate.launch_count; l++) {
         const NphManifestLaunch *theirs = &v->candidate.launches[l], *ours = nph_manifest_find(&v->reference, theirs->batch, theirs->number);
@@ -336,6 +349,7 @@ NphStatus nph_verify(NphContext *context, const char *reference, const char *can
     if (status == NPH_OK && strcmp(v.reference.method, v.candidate.method) != 0)
         status = nph_error(context, NPH_BAD_INPUT, "%s is a dump of method %s, %s of %s", reference, v.reference.method, candidate,
                            v.candidate.method);
+    if (status == NPH_OK) status = check_candidate(&v);
     if (status == NPH_OK) status = check_tolerances(&v);
     if (status == NPH_OK) status = open_stages(&v);
     if (status == NPH_OK) status = compare_launches(&v);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * render --dump, stage, verify, and the client examples/numpy: the commands of docs/oracle.md, in its order, from the source's root. */
+#include <sys/stat.h>
+
 #include "cli/program.h"
 #include "oracle/manifest.h"
 
@@ -151,6 +153,111 @@ START_TEST(what_cannot_be_dumped_is_refused) {
 }
 END_TEST
 
+/* The reference's path.track as a candidate, of which one output has another name or another array: the reference's of another
+ * buffer, one that is cut short, or none. */
+static const struct {
+    const char *title;
+    int format, status, is_torn;
+    const char *stage, *output, *name, *array, *words;
+} candidates[] = {
+    {"good", 1, 0, 0, "path.track", "path.distance", "path.distance", "path.distance", "passed: 1 launches compared"},
+    {"another format", 2, 4, 0, "path.track", "path.distance", "path.distance", "path.distance",
+     "mine/manifest.json:1: is no manifest of a dump: expected \"nephos_dump\": 1"},
+    {"unknown stage", 1, 4, 0, "path.trak", "path.distance", "path.distance", "path.distance",
+     "mine/manifest.json: batch 5 launch 1: method path has no stage path.trak"},
+    {"unknown buffer", 1, 1, 0, "path.track", "path.distance", "path.distanse", "path.distance", "batch 5 launch 1: missing, expected f32 [4096]"},
+    {"wrong type", 1, 1, 0, "path.track", "path.distance", "path.distance", "path.medium", "batch 5 launch 1: i32 [4096], expected f32 [4096]"},
+    {"wrong shape", 1, 1, 0, "path.track", "path.medium", "path.medium", "path.colliding", "batch 5 launch 1: i32 [4075], expected i32 [4096]"},
+    {"torn array", 1, 4, 1, "path.track", "path.distance", "path.distance", "path.distance", "mine/torn.npy: byte 128: 72 bytes follow the header"},
+    {"missing array", 1, 4, 0, "path.track", "path.distance", "path.distance", NULL, "mine/nowhere.npy: cannot read: No such file or directory"},
+};
+
+static const char *file_of_output(const NphManifestLaunch *launch, const char *buffer) {
+    static char file[1400];
+    for (int o = 0; o < launch->output_count; o++)
+        if (strcmp(launch->outputs[o].buffer, buffer) == 0) snprintf(file, sizeof file, "%s/%s", reference, launch->outputs[o].file);
+    return file;
+}
+
+static void write_torn(NphContext *context, const char *from, const char *to) {
+    NphArray array;
+    ck_assert_int_eq(nph_array_read_npy(context, from, &array), NPH_OK);
+    ck_assert_int_eq(nph_array_write_npy(context, to, &array), NPH_OK);
+    ck_assert_int_eq(truncate(to, 200), 0);
+    nph_array_free(context, &array);
+}
+
+static void write_candidate(NphContext *context, const NphManifest *manifest, int c) {
+    char text[8000], path[700];
+    const NphManifestLaunch *launch = nph_manifest_find(manifest, 5, 1);
+    ck_assert(launch && strcmp(launch->stage, "path.track") == 0);
+    int used = snprintf(text, sizeof text, "{\"nephos_dump\": %d, \"method\": \"path\", \"launches\": [{\"batch\": 5, \"number\": 1, "
+                                           "\"stage\": \"%s\", \"outputs\": {", candidates[c].format, candidates[c].stage);
+    for (int o = 0; o < launch->output_count; o++) {
+        const char *buffer = launch->outputs[o].buffer;
+        int changed = strcmp(buffer, candidates[c].output) == 0;
+        const char *array = changed ? candidates[c].array : buffer, *file = array ? file_of_output(launch, array) : "nowhere.npy";
+        if (changed && candidates[c].is_torn) {
+            snprintf(path, sizeof path, "%s/torn.npy", mine);
+            write_torn(context, file, path);
+            file = "torn.npy";
+        }
+        used += snprintf(text + used, sizeof text - (size_t)used, "%s\"%s\": \"%s\"", o ? ", " : "", changed ? candidates[c].name : buffer, file);
+    }
+    snprintf(text + used, sizeof text - (size_t)used, "}}]}\n");
+    snprintf(path, sizeof path, "%s/manifest.json", mine);
+    write_text(path, text);
+}
+
+static void expect_verdict(int status, const char *words, const char *title) {
+    const Ran *run = program_run((const char *const[]){"verify", reference, mine, "--ulp", "0", NULL});
+    ck_assert_msg(run->status == status && (strstr(run->out, words) || strstr(run->err, words)), "%s: %d\n%s%s", title, run->status, run->out,
+                  run->err);
+}
+
+START_TEST(bad_candidates_are_told_what_and_where) {
+    NphContext *context = nph_test_context(1);
+    NphManifest manifest;
+    char path[700];
+    enter_root();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--dump-select", "pixel=120,120", "--dump-select", "launch=1");
+    ck_assert_int_eq(nph_manifest_read(context, reference, &manifest), NPH_OK);
+    ck_assert_int_eq(mkdir(mine, 0777), 0);
+    expect_verdict(4, "mine/manifest.json: cannot read: No such file or directory", "no manifest");
+    for (int c = 0; c < (int)(sizeof candidates / sizeof *candidates); c++) {
+        write_candidate(context, &manifest, c);
+        expect_verdict(candidates[c].status, candidates[c].words, candidates[c].title);
+    }
+    snprintf(path, sizeof path, "%s/manifest.json", mine);
+    write_text(path, "{\"nephos_dump\": 1, \"method\": \"path\", \"launches\": []}\n");
+    expect_verdict(4, "mine/manifest.json: has no launches: there is nothing to compare", "no launches");
+    write_text(path, "{\"nephos_dump\": 1, \"method\": \"light\", \"launches\": []}\n");
+    expect_verdict(4, "mine of light", "another method");
+    write_text(path, "{\"nephos_dump\": 1,\n");
+    expect_verdict(4, "mine/manifest.json:2: did not find expected node content", "torn manifest");
+    nph_manifest_free(context, &manifest);
+    nph_test_context_close(context);
+    remove_folders();
+}
+END_TEST
+
+/* Where the dump's folder takes no file: where temporary files go, which here is nowhere. */
+START_TEST(measured_tolerances_go_where_temporary_files_go) {
+    if (geteuid() == 0) {
+        nph_test_skip("root may write everywhere");
+        return;
+    }
+    enter_root();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--dump-select", "pixel=120,120", "--dump-select", "launch=1");
+    ck_assert_int_eq(chmod(reference, 0555), 0);
+    ck_assert_int_eq(setenv("TMPDIR", "/no/such/folder", 1), 0);
+    const Ran *run = program_run((const char *const[]){"verify", reference, reference, NULL});
+    ck_assert_int_eq(chmod(reference, 0755), 0);
+    ck_assert_msg(run->status == 5 && strstr(run->err, "/no/such/folder/nephos-tolerances."), "%d\n%s%s", run->status, run->out, run->err);
+    remove_folders();
+}
+END_TEST
+
 START_TEST(tolerances_are_of_one_scene) {
     if (!has_altered()) return;
     char text[400];
@@ -216,8 +323,10 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, majorants_run_alone_on_the_density_of_a_dump);
     tcase_add_test(cases, a_photon_map_is_dumped_and_its_stages_run_alone);
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
+    tcase_add_test(cases, bad_candidates_are_told_what_and_where);
     tcase_add_test(cases, tolerances_are_of_one_scene);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
+    tcase_add_test(cases, measured_tolerances_go_where_temporary_files_go); /* changes the environment */
 }
 
 int main(void) { return nph_test_main("cli_oracle", fill); }

@@ -52,6 +52,33 @@ START_TEST(the_layout_is_fixed) {
 }
 END_TEST
 
+START_TEST(a_line_is_copied_into_a_document) {
+    NphJson json;
+    char line[128];
+    written[0] = 0;
+    nph_json_begin_line(&json, collect, NULL);
+    nph_json_object(&json, NULL);
+    nph_json_object(&json, "arguments");
+    nph_json_integer(&json, "tile", 5);
+    nph_json_integer(&json, "chunk", 0);
+    nph_json_close(&json);
+    nph_json_array(&json, "outputs");
+    for (int i = 0; i < 2; i++) {
+        nph_json_object(&json, NULL);
+        nph_json_close(&json);
+    }
+    nph_json_close(&json);
+    nph_json_close(&json);
+    ck_assert_str_eq(written, "{\"arguments\": {\"tile\": 5, \"chunk\": 0}, \"outputs\": [{}, {}]}");
+    strcpy(line, written);
+    json = begin();
+    nph_json_array(&json, NULL);
+    for (int i = 0; i < 2; i++) nph_json_copy(&json, NULL, line, strlen(line));
+    nph_json_close(&json);
+    ck_assert_str_eq(written, "[\n  {\"arguments\": {\"tile\": 5, \"chunk\": 0}, \"outputs\": [{}, {}]},\n  {\"arguments\": {\"tile\": 5, \"chunk\": 0}, \"outputs\": [{}, {}]}\n]\n");
+}
+END_TEST
+
 START_TEST(text_is_escaped_and_always_utf8) {
     NphJson json = begin();
     nph_json_array(&json, NULL);
@@ -91,6 +118,7 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, the_layout_is_fixed);
+    tcase_add_test(cases, a_line_is_copied_into_a_document);
     tcase_add_test(cases, text_is_escaped_and_always_utf8);
     tcase_add_test(cases, numbers_read_back_and_what_is_not_finite_is_null);
 }

@@ -286,15 +286,19 @@ START_TEST(arrays_one_after_the_other_are_read_from_where_they_begin) {
     const char *path = nph_test_temporary("arrays.npys");
     int descriptor = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0666);
     ck_assert_int_ge(descriptor, 0);
+    NphAppender appender;
+    ck_assert_int_eq(nph_appender_open(context, descriptor, path, &appender), NPH_OK);
     for (int k = 0; k < 3; k++) {
         NphArray array = {0};
         ck_assert_int_eq(nph_array_new(context, k == 1 ? NPH_I32 : NPH_F32, 2, shapes[k], "test", &array), NPH_OK);
         for (int64_t i = 0; i < nph_array_count(&array); i++) ((float *)array.data)[i] = (float)(10 * k + i);
         begins[k + 1] = begins[k];
-        ck_assert_int_eq(nph_npy_append(context, descriptor, path, &array, 0, &begins[k + 1]), NPH_OK);
+        ck_assert_int_eq(nph_npy_append(context, &appender, &array, 0, &begins[k + 1]), NPH_OK);
         ck_assert_int_eq(begins[k + 1] % 64, 0);
         nph_array_free(context, &array);
     }
+    ck_assert_int_eq(nph_appender_flush(context, &appender), NPH_OK);
+    nph_appender_close(context, &appender);
     ck_assert_int_eq(lseek(descriptor, 0, SEEK_END), begins[3]);
     ck_assert_int_eq(close(descriptor), 0);
     for (int k = 2; k >= 0; k--) {

@@ -43,7 +43,11 @@ static void store_array(NphContext *context, const char *place, const NphArray *
     int file = open(path, O_WRONLY);
     ck_assert_int_ge(file, 0);
     ck_assert_int_eq(lseek(file, atoll(at + 1), SEEK_SET), atoll(at + 1));
-    ck_assert_int_eq(nph_npy_append(context, file, path, array, 0, &size), NPH_OK);
+    NphAppender appender;
+    ck_assert_int_eq(nph_appender_open(context, file, path, &appender), NPH_OK);
+    ck_assert_int_eq(nph_npy_append(context, &appender, array, 0, &size), NPH_OK);
+    ck_assert_int_eq(nph_appender_flush(context, &appender), NPH_OK);
+    nph_appender_close(context, &appender);
     ck_assert_int_eq(close(file), 0);
 }
 
