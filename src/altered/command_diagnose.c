@@ -24,7 +24,7 @@ static void add_options(OptionTable *table, DiagnoseCommand *diagnose) {
     option_add(table, (Option){.name = "spp", .letter = 'n', .kind = OPTION_INT, .target = &diagnose->spp, .value_name = "N",
                                .min = 16, .max = 1 << 20, .given = &diagnose->spp_given,
                                .meaning = "at most so many samples per pixel of each picture, rounded up to 16; default: twice A's, "
-                                          "128 to 1024. With --show: how many"});
+                                          "128 to 4096. With --show: how many"});
     option_add(table, (Option){.name = "time-budget", .kind = OPTION_NUMBER, .target = &diagnose->time_budget_s, .value_name = "S",
                                .min = 0, .max = 1e9, .meaning = "no more samples after S seconds"});
     option_add(table, (Option){.name = "a-samples", .kind = OPTION_INT, .target = &diagnose->a_samples, .value_name = "N", .min = 1,
@@ -112,7 +112,7 @@ static void choose_samples(const DiagnoseCommand *diagnose, Diagnosis *diagnosis
     double samples = diagnose->a_samples ? (double)diagnose->a_samples : samples_of(&diagnosis->a);
     diagnosis->a_samples = samples;
     diagnosis->samples_least = power_of_two(samples, 64, 128);
-    diagnosis->samples_most = samples > 0.0 ? power_of_two(2.0 * samples, 128, 1024) : 512;
+    diagnosis->samples_most = samples > 0.0 ? power_of_two(2.0 * samples, 128, 4096) : 512;
     if (diagnose->spp_given) diagnosis->samples_most = (diagnose->spp + 15) / 16 * 16;
     if (diagnosis->samples_least > diagnosis->samples_most) diagnosis->samples_least = diagnosis->samples_most;
 }

@@ -20,9 +20,9 @@ enum { MAX_ROWS = CANDIDATES + NPH_MAX_TRANSFORMS, WORDS = 512 };
 
 /* How far a row is behind the first one, and the noise of that. Pictures that were not rendered alike are compared by their scores. */
 static double behind(const Row *row, const Row *first, double *noise) {
-    if (row->bug && first->bug && first->bug->behind == 0.0) {
-        *noise = row->bug->behind_noise;
-        return row->bug->behind;
+    if (row->bug && first->bug && first->bug->behind.score == 0.0) {
+        *noise = row->bug->behind.noise;
+        return row->bug->behind.score;
     }
     *noise = hypot(first->fit->score_noise, row->fit->score_noise);
     return first->fit->score - row->fit->score;
@@ -162,7 +162,7 @@ static const char *bars_words(const Diagnosis *diagnosis) {
 }
 
 static void put_open(const Diagnosis *diagnosis) {
-    char words[WORDS], names[WORDS * 2];
+    char words[WORDS], names[WORDS * 2], number[NPH_DOUBLE_TEXT];
     int first = 1;
     for (int k = 0; k < diagnosis->ranked; k++) {
         const Candidate *candidate = &diagnosis->candidates[diagnosis->ranking[k]];
@@ -172,6 +172,8 @@ static void put_open(const Diagnosis *diagnosis) {
         words[0] = 0;
         add_factors(words, candidate->factor, candidate->factor_error);
         printf("      %s (bug %d), mean over the right picture's: %s\n", candidate->bug->name, candidate->bug->number, words);
+        double needed = diagnose_samples_needed(candidate);
+        if (needed > 1.0) printf("        to tell it, A would need at least %s times its samples\n", nph_format_rounded(needed, 2, number));
         if (names_of(diagnosis, CANDIDATE_TWIN, candidate->bug->number, names)[0]) printf("        the same bytes: %s\n", names);
     }
 }
@@ -235,6 +237,8 @@ static void put_explanations(const Diagnosis *diagnosis, NphJson *json) {
         else put_transform_json(rows[i].transform, json);
         nph_json_number(json, "ln_odds", gap);
         nph_json_number(json, "ln_odds_noise", noise);
+        double needed = rows[i].bug ? diagnose_samples_needed(rows[i].bug) : 0.0;
+        if (needed > 0.0) nph_json_number(json, "times_its_samples_needed", needed);
         nph_json_close(json);
     }
     nph_json_close(json);

@@ -86,7 +86,7 @@ static NphStatus rank(Diagnosis *diagnosis) {
     for (int k = 1; k < diagnosis->ranked; k++) {
         Candidate *other = &diagnosis->candidates[diagnosis->ranking[k]];
         const NphImage *pictures[2] = {&best->image, &other->image};
-        NPH_TRY(nph_fit_lead(diagnosis->session->context, &diagnosis->a, pictures, &diagnosis->fit, &other->behind, &other->behind_noise));
+        NPH_TRY(nph_fit_lead(diagnosis->session->context, &diagnosis->a, pictures, &diagnosis->fit, &other->behind));
     }
     return NPH_OK;
 }
@@ -94,16 +94,21 @@ static NphStatus rank(Diagnosis *diagnosis) {
 static int is_clear(const Diagnosis *diagnosis) {
     for (int k = 1; k < diagnosis->ranked; k++) {
         const Candidate *other = &diagnosis->candidates[diagnosis->ranking[k]];
-        if (!diagnose_leads(other->behind, other->behind_noise)) return 0;
+        if (!diagnose_leads(other->behind.score, other->behind.noise)) return 0;
     }
     return 1;
 }
 
-/* More samples would not help: what is left shares its noise, and A's own is no smaller. */
+double diagnose_samples_needed(const Candidate *candidate) { return candidate->reach > 0.0 ? least_lead / candidate->reach : 0.0; }
+
+/* More samples would not help: A's own noise would hide it from pictures without any, or what is left shares its noise, and
+ * A's own is no smaller. */
 static int is_settled(const Diagnosis *diagnosis) {
-    if ((double)diagnosis->samples < diagnosis->a_samples || diagnosis->a_samples == 0.0) return 0;
-    for (int k = 1; k < diagnosis->ranked; k++)
-        if (diagnosis->candidates[diagnosis->ranking[k]].behind_noise > 1.0) return 0;
+    int as_many = diagnosis->a_samples > 0.0 && (double)diagnosis->samples >= diagnosis->a_samples;
+    for (int k = 1; k < diagnosis->ranked; k++) {
+        const NphLead *behind = &diagnosis->candidates[diagnosis->ranking[k]].behind;
+        if (behind->reach >= least_lead && !(as_many && behind->noise <= 1.0)) return 0;
+    }
     return 1;
 }
 
@@ -145,7 +150,7 @@ static NphStatus try_again(Diagnosis *diagnosis) {
 static int is_right(const Diagnosis *diagnosis) {
     const Candidate *right = &diagnosis->candidates[0];
     if (right->state != CANDIDATE_OPEN) return 0;
-    return diagnosis->ranking[0] == 0 || !diagnose_leads(right->behind, right->behind_noise);
+    return diagnosis->ranking[0] == 0 || !diagnose_leads(right->behind.score, right->behind.noise);
 }
 
 static NphStatus measure_shifts(Diagnosis *diagnosis) {
@@ -158,11 +163,24 @@ static NphStatus measure_shifts(Diagnosis *diagnosis) {
     return NPH_OK;
 }
 
+/* What a right picture could tell of the bugs that its error bars hide. */
+static NphStatus measure_reach(Diagnosis *diagnosis) {
+    for (int k = 0; k < diagnosis->ranked; k++) {
+        Candidate *candidate = &diagnosis->candidates[diagnosis->ranking[k]];
+        const NphImage *pictures[2] = {&diagnosis->candidates[0].image, &candidate->image};
+        NphLead lead;
+        if (candidate->bug->number == 0) continue;
+        NPH_TRY(nph_fit_lead(diagnosis->session->context, &diagnosis->a, pictures, &diagnosis->fit, &lead));
+        candidate->reach = lead.reach;
+    }
+    return NPH_OK;
+}
+
 static NphStatus judge(Diagnosis *diagnosis) {
     diagnosis->clear = is_clear(diagnosis);
     if (is_right(diagnosis)) {
         diagnosis->verdict = DIAGNOSED_RIGHT;
-        return NPH_OK;
+        return measure_reach(diagnosis);
     }
     NPH_TRY(measure_shifts(diagnosis));
     NPH_TRY(nph_fit_transforms(diagnosis->session->context, &diagnosis->a, &diagnosis->candidates[0].image, &diagnosis->fit,

@@ -37,7 +37,8 @@ typedef struct Candidate {
     NphFilm *film;
     NphImage image;
     NphFit fit;
-    double behind, behind_noise; /* ln of the best candidate's odds against this one; how far noise moves it */
+    NphLead behind;              /* of the best candidate against this one */
+    double reach;                /* of the right picture against this one, where that is the verdict */
     double factor[4], factor_error[4]; /* mean over the right picture's mean: R, G, B, luminance */
     int moved;
     NphShift shift;       /* of grids that lie elsewhere: by how many pixels */
@@ -74,6 +75,8 @@ void diagnose_drop(Diagnosis *diagnosis, Candidate *candidate); /* film and imag
 NphStatus diagnose_search(Diagnosis *diagnosis);
 /* Is a lead in score more than chance and noise give? */
 int diagnose_leads(double lead, double noise);
+/* How many times its samples an A of the right picture must have for a lead over that candidate; 0: unknown. */
+double diagnose_samples_needed(const Candidate *candidate);
 
 /* diagnose_report.c */
 void diagnose_text(const Diagnosis *diagnosis, const char *picture);

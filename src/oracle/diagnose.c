@@ -140,13 +140,16 @@ static double floor_of(const NphPicturePair *pair, const NphRect *rect) {
     return roundings * (luminance > least ? luminance : least) + DBL_MIN;
 }
 
+/* Student's t, but for constants; square: of the difference over its standard error. */
+static double log_likelihood(double square) { return -0.5 * (tail + 1.0) * log1p(square / tail); }
+
 /* A region's channel: its part of the score; *error: the standard error with its floor. */
 static double score_region(const NphPicturePair *pair, NphRect rect, int channel, double *error) {
     NphEvidence evidence;
     nph_region_weigh(pair, rect, channel, 0.0, &evidence);
     *error = hypot(evidence.standard_error, floor_of(pair, &rect));
     double z = evidence.difference / *error;
-    return -0.5 * (tail + 1.0) * log1p(z * z / tail) - log(*error);
+    return log_likelihood(z * z) - log(*error);
 }
 
 /* Variance of the score of a region by a part r of its variance, near its expectation. */
@@ -176,8 +179,8 @@ static void score(const NphPicturePair *pair, NphFit *fit) {
 }
 
 /* Of three pairs: A with both pictures, and these with each other, whose noise is mostly the same. */
-static void sum_lead(const NphPicturePair pairs[3], double *lead, double *noise) {
-    double sum = 0.0, variance = 0.0, error[2], channels = pairs[0].channels > pairs[1].channels ? pairs[0].channels : pairs[1].channels;
+static void sum_lead(const NphPicturePair pairs[3], NphLead *lead) {
+    double sum = 0.0, variance = 0.0, reach = 0.0, error[2], channels = pairs[0].channels > pairs[1].channels ? pairs[0].channels : pairs[1].channels;
     int across = nph_regions_along(pairs[0].width, TILE), down = nph_regions_along(pairs[0].height, TILE);
     for (int i = 0; i < across * down; i++) {
         NphRect rect = score_rect(&pairs[0], across, i);
@@ -187,14 +190,15 @@ static void sum_lead(const NphPicturePair pairs[3], double *lead, double *noise)
             nph_region_weigh(&pairs[2], rect, c, 0.0, &between);
             double least = error[0] < error[1] ? error[0] : error[1], part = between.standard_error / least;
             variance += spread_by(part < 1.0 ? part * part : 1.0);
+            double own = error[0] * error[0] * (1.0 - share_of_b(&pairs[0], &rect, c, error[0]));
+            if (own > 0.0) reach -= log_likelihood(between.difference * between.difference / own);
         }
     }
-    *lead = sum / channels;
-    *noise = sqrt(variance / channels);
+    *lead = (NphLead){sum / channels, sqrt(variance / channels), reach / channels};
 }
 
 NphStatus nph_fit_lead(NphContext *context, const NphImage *a, const NphImage *const pictures[2], const NphFitOptions *options,
-                       double *lead, double *noise) {
+                       NphLead *lead) {
     NphPicturePair pairs[3];
     NphImage lent = {0};
     NPH_TRY(nph_pair_read(context, a, pictures[0], &pairs[0]));
@@ -204,7 +208,7 @@ NphStatus nph_fit_lead(NphContext *context, const NphImage *a, const NphImage *c
     NphStatus status = nph_pair_read(context, seen, pictures[0], &pairs[0]);
     if (status == NPH_OK) status = nph_pair_read(context, seen, pictures[1], &pairs[1]);
     if (status == NPH_OK) status = nph_pair_read(context, pictures[0], pictures[1], &pairs[2]);
-    if (status == NPH_OK) sum_lead(pairs, lead, noise);
+    if (status == NPH_OK) sum_lead(pairs, lead);
     nph_image_free(context, &lent);
     return status;
 }

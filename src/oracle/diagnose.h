@@ -33,10 +33,15 @@ typedef struct NphFit {
 
 NphStatus nph_fit(NphContext *context, const NphImage *a, const NphImage *b, const NphFitOptions *options, NphFit *fit);
 
-/* How much likelier A is as B than as another picture of the same scene, samples and random numbers: difference of the scores,
- * and what the noise of B - other, which they do not share, makes of it (a standard deviation). */
+/* How much likelier A is as one picture than as another of the same scene, samples and random numbers. */
+typedef struct NphLead {
+    double score; /* difference of the scores */
+    double noise; /* what the noise of the pictures' difference, which they do not share, makes of it: a standard deviation */
+    double reach; /* what it would be, in the mean, with an A of the first picture and pictures without noise: an estimate from
+                     above, since noise adds to the pictures' difference. Proportional to A's samples while it is small */
+} NphLead;
 NphStatus nph_fit_lead(NphContext *context, const NphImage *a, const NphImage *const pictures[2], const NphFitOptions *options,
-                       double *lead, double *noise);
+                       NphLead *lead);
 
 /* A picture's sums as a comparison takes them: a variance too small for a float says nothing and becomes 0. Returns 0 where
  * values or variances are not finite, so that the picture cannot be compared. */

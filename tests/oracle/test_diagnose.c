@@ -212,16 +212,53 @@ START_TEST(the_picture_that_a_is_of_leads_over_one_with_the_same_noise_that_it_i
     open_context();
     NphImage a = square(3, 256), b = square(4, 64), other = square(4, 64);
     const NphImage *pictures[2] = {&b, &other};
-    double lead, noise;
+    NphLead lead;
     mark_paired(&b, &other);
     brighten(&other, 1.02);
-    ck_assert_int_eq(nph_fit_lead(context, &a, pictures, &plain, &lead, &noise), NPH_OK);
+    ck_assert_int_eq(nph_fit_lead(context, &a, pictures, &plain, &lead), NPH_OK);
     NphFit fit = {0};
     ck_assert_int_eq(nph_fit(context, &a, &b, &plain, &fit), NPH_OK);
-    ck_assert_msg(lead > 13.0 + 4.0 * noise && noise < 0.3 * fit.score_noise, "lead %g, noise %g of %g", lead, noise, fit.score_noise);
+    ck_assert_msg(lead.score > 13.0 + 4.0 * lead.noise && lead.noise < 0.3 * fit.score_noise, "lead %g, noise %g of %g", lead.score, lead.noise,
+                  fit.score_noise);
     nph_image_free(context, &a);
     nph_image_free(context, &b);
     nph_image_free(context, &other);
+    close_context();
+}
+END_TEST
+
+/* Mean lead and mean reach of pictures over one that is brighter by 0.3%, seen in a pair that shares its noise. */
+static void lead_by(int samples, int pictures, int samples_of_pair, double *score, double *reach) {
+    NphImage same = square(4, samples_of_pair), other = square(4, samples_of_pair);
+    const NphImage *both[2] = {&same, &other};
+    brighten(&other, 1.003);
+    *score = *reach = 0.0;
+    for (int i = 0; i < pictures; i++) {
+        NphImage a = square(20 + (uint32_t)i, samples);
+        NphLead lead;
+        ck_assert_int_eq(nph_fit_lead(context, &a, both, &plain, &lead), NPH_OK);
+        *score += lead.score / pictures;
+        *reach += lead.reach / pictures;
+        nph_image_free(context, &a);
+    }
+    nph_image_free(context, &same);
+    nph_image_free(context, &other);
+}
+
+START_TEST(reach_bounds_the_mean_lead_and_grows_with_the_samples) {
+    distribution_make(&gaussian, "Gaussian", gaussian_quantile);
+    open_context();
+    double score[3], reach[3];
+    lead_by(4, 4, 4096, &score[0], &reach[0]);
+    lead_by(16, 16, 4096, &score[1], &reach[1]);
+    lead_by(16, 16, 16, &score[2], &reach[2]);
+    /* Near 0 the score of Gaussian differences grows by 0.45 z^2 in the mean, the reach by 9/16 z^2; a lead's standard deviation is
+     * sqrt(2 / 3 lead), three channels being independent here, and 16 pictures have a quarter of it. */
+    ck_assert_msg(score[1] < 1.05 * reach[1] && score[1] > 0.6 * reach[1], "lead %g, reach %g", score[1], reach[1]);
+    /* Four times the samples: 4, but for the floor of 0.2% beside a noise of 0.6% and of 0.3%. */
+    ck_assert_msg(reach[1] > 2.5 * reach[0] && reach[1] < 4.0 * reach[0], "reach %g with 4 samples, %g with 16", reach[0], reach[1]);
+    /* The noise of both pictures lowers the lead, not the reach. */
+    ck_assert_msg(fabs(reach[2] / reach[1] - 1.0) < 0.15, "reach %g with noisy pictures, %g without", reach[2], reach[1]);
     close_context();
 }
 END_TEST
@@ -233,6 +270,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_factor_is_fitted_with_its_error_bar_and_named);
     tcase_add_test(cases, a_shift_by_a_pixel_and_an_encoding_are_found);
     tcase_add_test(cases, the_picture_that_a_is_of_leads_over_one_with_the_same_noise_that_it_is_not_of);
+    tcase_add_test(cases, reach_bounds_the_mean_lead_and_grows_with_the_samples);
 }
 
 int main(void) { return nph_test_main("diagnose", fill); }
