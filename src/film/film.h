@@ -57,6 +57,10 @@ void nph_film_chunk(const NphFilm *film, int precision, const void *samples, dou
 void nph_film_add_node(NphFilm *film, int64_t tile, int64_t chunk, int precision, const void *samples, double *scratch);
 int nph_film_planes(const NphFilm *film);
 
+/* The samples of a tile, as add_chunk takes them, from the 16 images of a chunk, [16][field][pixel] with the pixels of the crop row by
+ * row; those of the tile outside it become 0. */
+void nph_film_gather(const NphFilm *film, int64_t tile, int precision, const void *images, void *samples);
+
 /* Pixels share samples: sample s of all pixels is one image, independent of the other samples (light tracing, photon
  * maps). Called once on a new film; the film then keeps the variance of the means of 8 x 8 tiles, 64 x 64 tiles and the
  * image too. A chunk is added to every tile, then nph_film_end_chunk is called from one thread; after it, and before the

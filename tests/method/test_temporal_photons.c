@@ -297,7 +297,10 @@ START_TEST(the_next_frame_is_the_last_with_one_generation_exchanged) {
         Cache c;
         cache_open(&c, SCENE(CAMERA, GREY, SUN WHITE), 32, 2, PLAIN "tpm.photons=900 tpm.generations=3");
         c.cache.frame = i < 2 ? 1000000 + i : 1000000 + i - 2 - (M - 1);
-        if (i >= 2) c.cache.choice.first = 0; /* one generation, in the units of all */
+        if (i >= 2) { /* one generation, in the units of all */
+            c.cache.choice.first = 0;
+            c.cache.choice.generations = 1;
+        }
         ck_assert_int_eq(nph_tpm_cache_make(&c.cache, 5), NPH_OK);
         memcpy(i < 2 ? frame[i] : single[i - 2], c.cache.sums, sizeof frame[0]);
         cache_close(&c);

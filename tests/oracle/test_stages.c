@@ -46,6 +46,9 @@ static const char *const scenes[] = {
            "  - {" CLOUD ", extinction: [20, 30, 9], albedo: 0.9}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
            "  - {type: constant, radiance: 0.1}\n  - {type: point, position: [0.5, 0.5, 0.5], intensity: [1, 2, 3]}\n",
+    /* one grid, a sun and a sky */
+    CAMERA "media:\n  - {density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.05, albedo: 0.95, phase: {type: hg, g: 0.7}}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: constant, radiance: 0.1}\n",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes, MAX_METHODS = 16 };
 
@@ -124,19 +127,24 @@ static void replay_launches(int method, NphContext *context, const NphScene *sce
 }
 
 static NphRenderOptions options_of(int method, int precision) {
-    static const char *const few_photons[] = {"photonmap.photons=600", "photonmap.step=1"};
+    static const char *const few_photons[] = {"photonmap.photons=600", "photonmap.step=1"},
+                             *const few_generations[] = {"tpm.photons=600", "tpm.generations=2", "tpm.cells=100", "tpm.steps=40"};
+    int maps = strcmp(nph_method(method)->name, "photonmap") == 0, frames = strcmp(nph_method(method)->name, "temporal_photons") == 0;
     NphRenderOptions options;
     nph_render_options_default(&options);
     options.method = nph_method(method)->name;
     options.samples = 16;
     options.precision = precision;
-    options.knob_count = strcmp(options.method, "photonmap") == 0 ? 2 : 0;
-    options.knobs = few_photons;
+    options.knob_count = maps ? 2 : frames ? 4 : 0;
+    options.knobs = frames ? few_generations : few_photons;
     return options;
 }
 
 /* The scene in which it has every stage. */
-static int full_scene(int method) { return strcmp(nph_method(method)->name, "photonmap") == 0 ? 6 : 3; }
+static int full_scene(int method) {
+    const char *name = nph_method(method)->name;
+    return strcmp(name, "photonmap") == 0 ? 6 : strcmp(name, "temporal_photons") == 0 ? 7 : 3;
+}
 
 static void replay(int method, const char *text, const NphRenderOptions *options) {
     NphContext *context = nph_test_context(2);
@@ -155,10 +163,11 @@ static void replay(int method, const char *text, const NphRenderOptions *options
 START_TEST(a_stage_given_its_own_inputs_writes_its_own_outputs) {
     const NphMethod *method = nph_method(_i);
     int all = nph_test_statistics("stages alone in all scenes and f64");
-    for (int s = 0; s < SCENES && (s < 6 || s == full_scene(_i)); s++)
+    for (int s = 0; s < SCENES; s++)
         for (int precision = 32; precision <= 64; precision += 32) {
             NphRenderOptions options = options_of(_i, precision);
-            if (all || (precision == 32 && (s == 2 || s == full_scene(_i)))) replay(_i, scenes[s], &options); /* these have every stage */
+            int full = s == full_scene(_i);
+            if (full ? all || precision == 32 : all ? s < 6 : precision == 32 && s == 2) replay(_i, scenes[s], &options); /* these have every stage */
         }
     for (int s = 0; s < method->stage_count; s++) {
         printf("    %s: %d launches\n", method->stages[s].name, replayed[_i][s]);

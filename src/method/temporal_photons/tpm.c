@@ -36,42 +36,21 @@ static const NphKnob knobs[NPH_TPM_KNOBS] = {
     {"tpm.half", "1", "1: half the resolution is marched, in both dimensions; 0: every pixel", "blur against time", 1.0, 0.0, 1.0},
 };
 
-static const NphStage stages[NPH_TPM_STAGES] = {
+const NphStage nph_tpm_stages[NPH_TPM_STAGES] = {
+    {"tpm.clear", "a frame of no generation [Elek12 sec. 4.2]", "", "tpm.sum", {NPH_TPM_BLOCK, 1, 1}, 0},
     {"tpm.trace", "photon tracing and storing [Elek12 sec. 4.1]; delta tracking [Woodcock65]", "", "tpm.partial", {NPH_TPM_BLOCK, 1, 1},
      NPH_TPM_SHARED_CELLS * 5 * 4},
-    {"tpm.update", "circular buffer of generations [Elek12 sec. 4.2]", "tpm.partial", "tpm.sum", {NPH_TPM_BLOCK, 1, 1}, 0},
+    {"tpm.update", "circular buffer of generations [Elek12 sec. 4.2]", "tpm.partial tpm.sum", "tpm.sum", {NPH_TPM_BLOCK, 1, 1}, 0},
     {"tpm.resolve", "mean cosine and depth of a cell [Elek12 sec. 4.1.2]", "tpm.sum", "tpm.coarse", {NPH_TPM_BLOCK, 1, 1}, 0},
     {"tpm.upsample", "upsampling guided by the density [Elek12 sec. 4.3]", "tpm.coarse", "tpm.fine", {NPH_TPM_BLOCK, 1, 1}, 0},
     {"tpm.march", "ray march and reconstruction [Elek12 sec. 4.4]", "tpm.fine", "tpm.picture", {16, 16, 1}, 0},
-    {"tpm.enlarge", "half the resolution [Elek12 sec. 4.4]", "tpm.picture", "tpm.sample", {NPH_TILE_PIXELS, 1, 1}, 0},
+    {"tpm.enlarge", "half the resolution [Elek12 sec. 4.4]", "tpm.picture", "tpm.image", {16, 16, 1}, 0},
     {"tpm.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "tpm.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
-static const NphBuffer buffers[] = {
-    {"tpm.partial", NPH_I64, "[kind][cell][6]", "2^-scale of the unit of flux", "what a generation's photons deposit: flux of three channels, flux times cosine, flux times order, number", NPH_STAT, NULL, NULL, 0},
-    {"tpm.sum", NPH_I64, "[kind][cell][6]", "2^-scale of the unit of flux", "the same of all generations of a frame", NPH_STAT, NULL, NULL, 0},
-    {"tpm.coarse", NPH_TYPE_REAL, "[cell][10]", "W/m2, 1", "fluence of the sun's photons, mean cosine, fluence of the sky's, mean cosine, mean orders of both", NPH_STAT, NULL, NULL, 0},
-    {"tpm.fine", NPH_TYPE_REAL, "[cell][10]", "W/m2, 1", "the same at the resolution of the density", NPH_NEAR, NULL, NULL, 0},
-    {"tpm.picture", NPH_TYPE_REAL, "[pixel][field]", "W/m2/sr, m, 1", "what marched rays carry", NPH_NEAR, NULL, NULL, 0},
-    {"tpm.sample", NPH_TYPE_REAL, "[tile][field][pixel][16]", "W/m2/sr, m, 1", "what each sample carries", NPH_BIAS, NULL, NULL, 0},
-    {"film.node", NPH_F64, "[moment][pixel]", "powers of W/m2/sr", "count, mean, central moments", NPH_BIAS, NULL, NULL, 0},
-};
+static const char *const arguments[NPH_TPM_ARGUMENTS] = {"sample", "generation", "tile"};
 
-enum { ROWS = 4 }; /* of the small picture in a block */
-
-typedef struct TpmState {
-    NphJob job;
-    NphTpmChoice choice;
-    NphTpmCache cache;
-    int made; /* the cache is open */
-    void *scene, *picture, *samples, *film_scratch;
-    size_t tile_bytes;
-    int origin[2], small[2];
-    NphFilm *film;
-    int64_t chunk;
-    int slot;
-    double started;
-} TpmState;
+enum { ROWS = 4 }; /* of a picture in a block */
 
 static int channels(const NphJob *job) {
     NphTransportChoice choice;
@@ -80,41 +59,42 @@ static int channels(const NphJob *job) {
 }
 
 static void close_tpm(void *opaque) {
-    TpmState *state = opaque;
+    NphTpmState *state = opaque;
     if (!state) return;
     NphContext *context = state->job.context;
     if (state->made) nph_tpm_cache_close(&state->cache);
     nph_free(context, state->film_scratch);
     nph_free(context, state->samples);
+    nph_free(context, state->images);
     nph_free(context, state->picture);
     nph_free(context, state->scene);
     nph_free(context, state);
 }
 
-static NphStatus open_state(TpmState *state) {
+static NphStatus open_state(NphTpmState *state) {
     const NphJob *job = &state->job;
     NphContext *context = job->context;
     NphTpmKernels kernels;
-    size_t real = job->precision == 32 ? 4 : 8;
-    int64_t across = (job->crop[2] + NPH_TILE - 1) / NPH_TILE - job->crop[0] / NPH_TILE;
-    int64_t down = (job->crop[3] + NPH_TILE - 1) / NPH_TILE - job->crop[1] / NPH_TILE;
+    size_t field = (size_t)NPH_SAMPLE_FIELDS * (size_t)(job->precision / 8);
+    void *scratch = NULL;
     NPH_TRY(nph_tpm_choose(job, &state->choice));
     nph_tpm_kernels(job->precision, nph_context_isa(context), &kernels);
     nph_tpm_small(job, state->origin, state->small);
     NPH_TRY(nph_alloc(context, kernels.scene_bytes(job->knobs[NPH_TPM_KNOB_NOISE] > 0.0), 1, "scene for the kernels", &state->scene));
     kernels.prepare(job, &state->choice, state->scene);
-    NPH_TRY(nph_alloc(context, (size_t)state->small[0] * (size_t)state->small[1] * NPH_SAMPLE_FIELDS, real, "picture that is marched",
-                      &state->picture));
-    state->tile_bytes = (size_t)NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * real;
-    NPH_TRY(nph_alloc(context, (size_t)(across * down), state->tile_bytes, "samples of all pixels", &state->samples));
-    NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->choice.transport.film_channels), 1, "film scratch", &state->film_scratch));
+    NPH_TRY(nph_alloc(context, (size_t)state->small[0] * (size_t)state->small[1], field, "picture that is marched", &state->picture));
+    state->image_bytes = field * (size_t)(job->crop[2] - job->crop[0]) * (size_t)(job->crop[3] - job->crop[1]);
+    NPH_TRY(nph_alloc(context, NPH_CHUNK, state->image_bytes, "images of a chunk", &state->images));
+    NPH_TRY(nph_alloc(context, (size_t)NPH_TILE_PIXELS * NPH_CHUNK, field, "samples of a tile", &state->samples));
+    NPH_TRY(nph_alloc(context, nph_film_scratch_bytes(state->choice.transport.film_channels), 1, "film scratch", &scratch));
+    state->film_scratch = scratch;
     NPH_TRY(nph_tpm_cache_open(job, &state->choice, state->scene, &state->cache));
     state->made = 1;
     return NPH_OK;
 }
 
 static NphStatus open_tpm(const NphJob *job, void **out) {
-    TpmState *state = NULL;
+    NphTpmState *state = NULL;
     NPH_TRY(NPH_NEW(job->context, 1, "temporal photons", &state));
     state->job = *job;
     NphStatus status = open_state(state);
@@ -126,10 +106,8 @@ static NphStatus open_tpm(const NphJob *job, void **out) {
     return NPH_OK;
 }
 
-static void *tile_samples(const TpmState *state, int64_t tile) { return (char *)state->samples + state->tile_bytes * (size_t)tile; }
-
 static NphStatus march_rows(void *opaque, int64_t number, int worker) {
-    TpmState *state = opaque;
+    NphTpmState *state = opaque;
     NphTpmCache *cache = &state->cache;
     int first = (int)number * ROWS, end = first + ROWS < state->small[1] ? first + ROWS : state->small[1];
     int64_t steps;
@@ -139,25 +117,89 @@ static NphStatus march_rows(void *opaque, int64_t number, int worker) {
     return NPH_OK;
 }
 
-static NphStatus enlarge_tile(void *opaque, int64_t number, int worker) {
-    TpmState *state = opaque;
-    NphTpmTile tile = {.slot = state->slot, .samples = tile_samples(state, number)};
-    nph_film_tile_rect(state->film, number, tile.origin, tile.inside);
-    int64_t pixels = (int64_t)(tile.inside[2] - tile.inside[0]) * (tile.inside[3] - tile.inside[1]);
-    NPH_LAUNCH(&state->cache.stages[worker], NPH_TPM_ENLARGE, pixels, state->cache.kernels.enlarge(state->scene, state->picture, &tile));
+static NphStatus enlarge_rows(void *opaque, int64_t number, int worker) {
+    NphTpmState *state = opaque;
+    const int *crop = state->job.crop;
+    int rows = crop[3] - crop[1], first = (int)number * ROWS, end = first + ROWS < rows ? first + ROWS : rows;
+    NPH_LAUNCH(&state->cache.stages[worker], NPH_TPM_ENLARGE, (int64_t)(end - first) * (crop[2] - crop[0]),
+               state->cache.kernels.enlarge(state->scene, state->picture, crop, first, end,
+                                            (char *)state->images + state->image_bytes * (size_t)state->slot));
     return NPH_OK;
 }
 
-/* A frame from photons of the sample's own. */
-static NphStatus run_frame(TpmState *state, uint32_t sample) {
+NphStatus nph_tpm_launch(NphTpmState *state, const NphLaunch *launch) {
     NphContext *context = state->job.context;
-    NPH_TRY(nph_tpm_cache_make(&state->cache, sample));
-    NPH_TRY(nph_pool_run(context, (state->small[1] + ROWS - 1) / ROWS, march_rows, state, NULL));
-    return nph_pool_run(context, nph_film_tile_count(state->film), enlarge_tile, state, NULL);
+    const int *crop = state->job.crop;
+    switch ((NphTpmStage)launch->stage) {
+    case NPH_TPM_MARCH: return nph_pool_run(context, (state->small[1] + ROWS - 1) / ROWS, march_rows, state, NULL);
+    case NPH_TPM_ENLARGE: return nph_pool_run(context, (crop[3] - crop[1] + ROWS - 1) / ROWS, enlarge_rows, state, NULL);
+    case NPH_TPM_ACCUMULATE:
+        NPH_LAUNCH(&state->cache.stages[0], launch->stage, launch->items,
+                   nph_film_chunk(state->film, state->job.precision, state->samples, state->film_scratch));
+        return NPH_OK;
+    default: return nph_tpm_cache_step(&state->cache, (NphTpmStage)launch->stage);
+    }
+}
+
+static int64_t items_of(const NphTpmState *state, NphTpmStage stage) {
+    const NphTpmChoice *choice = &state->choice;
+    const int *crop = state->job.crop;
+    switch (stage) {
+    case NPH_TPM_CLEAR:
+    case NPH_TPM_UPDATE: return state->cache.values;
+    case NPH_TPM_TRACE: return choice->photons[NPH_TPM_SUN] + choice->photons[NPH_TPM_SKY];
+    case NPH_TPM_RESOLVE: return nph_tpm_cells(choice->cells);
+    case NPH_TPM_UPSAMPLE: return nph_tpm_cells(choice->fine);
+    case NPH_TPM_MARCH: return (int64_t)state->small[0] * state->small[1];
+    case NPH_TPM_ENLARGE: return (int64_t)(crop[2] - crop[0]) * (crop[3] - crop[1]);
+    default: return NPH_TILE_PIXELS;
+    }
+}
+
+/* The next launch of a batch: all of them in the calling thread, their blocks on the pool. */
+static NphStatus step(NphTpmState *state, NphLaunch *launch, NphTpmStage stage) {
+    const NphTap *tap = state->job.tap;
+    launch->stage = (int)stage;
+    launch->items = items_of(state, stage);
+    if (tap) NPH_TRY(tap->before(tap->user, state, 0, launch));
+    NPH_TRY(nph_tpm_launch(state, launch));
+    if (tap) NPH_TRY(tap->after(tap->user, state, 0, launch));
+    launch->number++;
+    return NPH_OK;
+}
+
+/* Batches of a chunk: its frames, then its tiles. */
+static int64_t batch_of(const NphTpmState *state, int64_t number) {
+    return state->chunk * (NPH_CHUNK + nph_film_tile_count(state->film)) + number;
+}
+
+/* A frame from photons of the sample's own. */
+static NphStatus run_frame(NphTpmState *state) {
+    NphTpmCache *cache = &state->cache;
+    int64_t sample = state->chunk * NPH_CHUNK + state->slot;
+    NphLaunch launch = {.batch = batch_of(state, state->slot), .arguments = {sample}};
+    cache->sample = (uint32_t)sample;
+    NPH_TRY(step(state, &launch, NPH_TPM_CLEAR));
+    for (cache->generation = 0; cache->generation < state->choice.generations && state->choice.traced; cache->generation++) {
+        launch.arguments[NPH_TPM_ARG_GENERATION] = cache->generation;
+        NPH_TRY(step(state, &launch, NPH_TPM_TRACE));
+        NPH_TRY(step(state, &launch, NPH_TPM_UPDATE));
+    }
+    launch.arguments[NPH_TPM_ARG_GENERATION] = 0;
+    for (int stage = NPH_TPM_RESOLVE; stage <= NPH_TPM_ENLARGE; stage++) NPH_TRY(step(state, &launch, (NphTpmStage)stage));
+    return NPH_OK;
+}
+
+static NphStatus add_tile(NphTpmState *state, int64_t tile) {
+    NphLaunch launch = {.batch = batch_of(state, NPH_CHUNK + tile), .arguments = {state->chunk * NPH_CHUNK, 0, tile}};
+    nph_film_gather(state->film, tile, state->job.precision, state->images, state->samples);
+    NPH_TRY(step(state, &launch, NPH_TPM_ACCUMULATE));
+    nph_film_add_node(state->film, tile, state->chunk, state->job.precision, state->samples, state->film_scratch);
+    return NPH_OK;
 }
 
 /* A value that 64 bits do not hold, or that is no number, was left out: nothing of it stays in the cache, and the run fails. */
-static NphStatus check_ledger(TpmState *state) {
+static NphStatus check_ledger(NphTpmState *state) {
     NphTpmLedger sum;
     nph_tpm_cache_ledger(&state->cache, &sum);
     if (sum.nonfinite)
@@ -169,24 +211,21 @@ static NphStatus check_ledger(TpmState *state) {
 }
 
 /* Sixteen frames; all tiles get them, or none when a request to stop comes in between. */
-static NphStatus run_chunk(TpmState *state, int64_t done, int64_t total) {
-    NphContext *context = state->job.context;
+static NphStatus run_chunk(NphTpmState *state, int64_t done, int64_t total) {
     int64_t tiles = nph_film_tile_count(state->film);
     for (state->slot = 0; state->slot < NPH_CHUNK; state->slot++) {
-        NPH_TRY(run_frame(state, (uint32_t)(state->chunk * NPH_CHUNK + state->slot)));
+        NPH_TRY(run_frame(state));
         double ready = (double)(done + state->slot + 1), elapsed = nph_seconds() - state->started;
-        nph_progress(context, "rendering", ready, (double)total, elapsed * ((double)total - ready) / ready);
+        nph_progress(state->job.context, "rendering", ready, (double)total, elapsed * ((double)total - ready) / ready);
     }
     NPH_TRY(check_ledger(state));
-    for (int64_t tile = 0; tile < tiles; tile++)
-        NPH_LAUNCH(&state->cache.stages[0], NPH_TPM_ACCUMULATE, NPH_TILE_PIXELS,
-                   nph_film_add_chunk(state->film, tile, state->chunk, state->job.precision, tile_samples(state, tile), state->film_scratch));
+    for (int64_t tile = 0; tile < tiles; tile++) NPH_TRY(add_tile(state, tile));
     nph_film_end_chunk(state->film, state->chunk);
     return NPH_OK;
 }
 
 static NphStatus run_tpm(void *opaque, NphFilm *film, int64_t begin, int64_t end, int64_t done, int64_t total) {
-    TpmState *state = opaque;
+    NphTpmState *state = opaque;
     state->film = film;
     if (done == 0) state->started = nph_seconds();
     for (int64_t at = begin; at < end; at += NPH_CHUNK) {
@@ -197,8 +236,8 @@ static NphStatus run_tpm(void *opaque, NphFilm *film, int64_t begin, int64_t end
 }
 
 static void statistics(const void *opaque, NphRenderStatistics *out) {
-    const TpmState *state = opaque;
-    nph_stages_begin(stages, NPH_TPM_STAGES, out);
+    const NphTpmState *state = opaque;
+    nph_stages_begin(nph_tpm_stages, NPH_TPM_STAGES, out);
     for (int w = 0; w < nph_context_threads(state->job.context); w++) {
         nph_stages_add(&state->cache.stages[w], out);
         nph_tally_add(&state->cache.tallies[w], out);
@@ -220,7 +259,7 @@ static void tell_ledger(const NphTpmLedger *l, int scale, NphLineFn line, void *
     tell(line, user, "beams: collided, past the border, cut:", (double)l->collided * unit, (double)l->past * unit, (double)l->cut * unit);
 }
 
-static NphStatus replay_frame(TpmState *state, const int pixel[2], uint32_t sample, NphLineFn line, void *user) {
+static NphStatus replay_frame(NphTpmState *state, const int pixel[2], uint32_t sample, NphLineFn line, void *user) {
     NphTpmLedger sum;
     char text[256];
     NPH_TRY(nph_tpm_cache_make(&state->cache, sample));
@@ -242,16 +281,25 @@ static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLine
     return status;
 }
 
+static NphStatus facts(const NphJob *job, NphFactFn fact, void *user) {
+    void *opaque = NULL;
+    NPH_TRY(open_tpm(job, &opaque));
+    const NphTpmState *state = opaque;
+    state->cache.kernels.facts(state->scene, &state->choice, fact, user);
+    close_tpm(opaque);
+    return NPH_OK;
+}
+
 const NphMethod nph_temporal_photons = {
     .name = "temporal_photons",
     .summary = "temporally coherent photon mapping: photons in a coarse grid, a fraction refreshed each frame (biased)",
     .knobs = knobs,
     .knob_count = NPH_TPM_KNOBS,
-    .stages = stages,
+    .stages = nph_tpm_stages,
     .stage_count = NPH_TPM_STAGES,
     .shares_samples = 1,
-    .buffers = buffers,
-    .buffer_count = (int)(sizeof buffers / sizeof *buffers),
+    .buffers = nph_tpm_buffers,
+    .buffer_count = NPH_TPM_BUFFERS,
     .plan = nph_tpm_plan,
     .channels = channels,
     .open = open_tpm,
@@ -259,4 +307,12 @@ const NphMethod nph_temporal_photons = {
     .statistics = statistics,
     .close = close_tpm,
     .replay = replay,
+    .arguments = arguments,
+    .argument_count = NPH_TPM_ARGUMENTS,
+    .begin_launch = nph_tpm_begin_launch,
+    .extend = nph_tpm_extend,
+    .view = nph_tpm_view,
+    .check = nph_tpm_check,
+    .launch = nph_tpm_launch_alone,
+    .facts = facts,
 };

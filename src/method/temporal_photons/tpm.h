@@ -2,6 +2,7 @@
  *
  * method/temporal_photons: temporally coherent photon mapping [Elek12]. One sample of the film is one frame, from photons of
  * its own:
+ *   0 clear      I of no generation
  *   1 trace      photons of one generation deposit their flux in a coarse grid; every block has its own in shared memory and
  *                adds it to the generation's partial cache H, in 64-bit fixed point
  *   2 update     I = I - H_old + H_new over the last m generations, a circular buffer; sums of integers, so nothing drifts
@@ -18,6 +19,8 @@
 #include "transport/choice.h"
 
 extern const NphMethod nph_temporal_photons;
+extern const NphStage nph_tpm_stages[];
+extern const NphBuffer nph_tpm_buffers[];
 
 /* Photons of a block, and what it keeps of a cell in shared memory: flux of three channels, flux times cosine, flux times
  * order; in print cosine and order unweighted, and their number. 48 KB hold 2400 cells of five 32-bit values (the sixth, which
@@ -42,6 +45,7 @@ enum {
 enum { NPH_TPM_CELLS_MAX = 1 << 24, NPH_TPM_GENERATIONS_MAX = 4096, NPH_TPM_ORDER_MAX = 1 << 20 };
 
 typedef enum NphTpmStage {
+    NPH_TPM_CLEAR,
     NPH_TPM_TRACE,
     NPH_TPM_UPDATE,
     NPH_TPM_RESOLVE,
@@ -51,6 +55,20 @@ typedef enum NphTpmStage {
     NPH_TPM_ACCUMULATE,
     NPH_TPM_STAGES
 } NphTpmStage;
+
+typedef enum NphTpmBuffer {
+    NPH_TPM_B_PARTIAL,
+    NPH_TPM_B_SUM,
+    NPH_TPM_B_COARSE,
+    NPH_TPM_B_FINE,
+    NPH_TPM_B_PICTURE,
+    NPH_TPM_B_IMAGE,
+    NPH_TPM_B_SAMPLE,
+    NPH_TPM_B_NODE,
+    NPH_TPM_BUFFERS
+} NphTpmBuffer;
+
+enum { NPH_TPM_ARG_SAMPLE, NPH_TPM_ARG_GENERATION, NPH_TPM_ARG_TILE, NPH_TPM_ARGUMENTS };
 
 enum {
     NPH_TPM_KNOB_VARIANT,
@@ -120,12 +138,6 @@ typedef struct NphTpmBlock {
     NphTally *tally;
 } NphTpmBlock;
 
-typedef struct NphTpmTile {
-    int origin[2], inside[4];
-    int slot;
-    void *samples;
-} NphTpmTile;
-
 /* The kernels of one precision. Memory is the caller's; grids are arrays of the precision's numbers. */
 typedef struct NphTpmKernels {
     size_t (*scene_bytes)(int noise);
@@ -139,7 +151,9 @@ typedef struct NphTpmKernels {
     /* Rows [first, end) of the small picture [pixel][NPH_SAMPLE_FIELDS]; steps: how many there were. */
     void (*march)(const void *scene, const void *fine, uint32_t sample, int first, int end, void *picture, int64_t *steps);
     void (*replay)(const void *scene, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
-    void (*enlarge)(const void *scene, const void *picture, const NphTpmTile *tile);
+    /* Rows [first, end) of a crop's image [field][pixel] */
+    void (*enlarge)(const void *scene, const void *picture, const int crop[4], int first, int end, void *image);
+    void (*facts)(const void *scene, const NphTpmChoice *choice, NphFactFn fact, void *user);
 } NphTpmKernels;
 void nph_tpm_kernels(int precision, NphIsa isa, NphTpmKernels *kernels);
 

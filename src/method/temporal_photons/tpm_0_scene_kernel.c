@@ -10,11 +10,13 @@
 #include <string.h>
 
 #include "method/temporal_photons/tpm_state.h"
+#include "transport/facts_lookup.h"
 #include "transport/prepare_lookup.h"
 
 size_t NPH_KERNEL(nph_tpm_scene_bytes)(int noise);
 void NPH_KERNEL(nph_tpm_prepare)(const NphJob *job, const NphTpmChoice *choice, void *memory);
 void NPH_KERNEL(nph_tpm_resolve)(const void *memory, const int64_t *sums, const int64_t photons[NPH_TPM_KINDS], void *coarse);
+void NPH_KERNEL(nph_tpm_facts)(const void *memory, const NphTpmChoice *choice, NphFactFn fact, void *user);
 
 enum { FIELD = R_TPM_NOISE * R_TPM_NOISE * R_TPM_NOISE };
 
@@ -53,17 +55,17 @@ static void add_sky_direction(const NphLight *light, double power, const double 
         for (int64_t i = 0; i < (int64_t)map->width * map->height; i++) {
             int64_t row = i / map->width;
             double polar = (double)row, turn = 0.5 - ((double)(i % map->width) + 0.5) / (double)map->width;
-            double top, bottom, middle, sine, cosine, unused, above, below, rotation = light->rotation_rad * 0.15915494309189535;
+            double top, power_of_texel, middle, sine, cosine, unused, above, below, rotation = light->rotation_rad * 0.15915494309189535;
             nph_sincos2pi(0.5 * polar / (double)map->height, &unused, &above);
             nph_sincos2pi(0.5 * (polar + 1.0) / (double)map->height, &unused, &below);
             nph_sincos2pi(0.5 * (polar + 0.5) / (double)map->height, &middle, &top);
             nph_sincos2pi(turn + rotation, &sine, &cosine);
-            bottom = (above - below) * (0.2126 * (double)map->radiance[3 * i] + 0.7152 * (double)map->radiance[3 * i + 1] +
+            power_of_texel = (above - below) * (0.2126 * (double)map->radiance[3 * i] + 0.7152 * (double)map->radiance[3 * i + 1] +
                                         0.0722 * (double)map->radiance[3 * i + 2]);
-            towards[0] += bottom * middle * cosine;
-            towards[1] += bottom * middle * sine;
-            towards[2] += bottom * top;
-            weight += bottom;
+            towards[0] += power_of_texel * middle * cosine;
+            towards[1] += power_of_texel * middle * sine;
+            towards[2] += power_of_texel * top;
+            weight += power_of_texel;
         }
         for (int a = 0; a < 3; a++) towards[a] /= weight > 0.0 ? weight : 1.0;
     } else if (light->kind == NPH_LIGHT_SUN) {
@@ -201,4 +203,40 @@ void NPH_KERNEL(nph_tpm_resolve)(const void *memory, const int64_t *sums, const 
         for (int k = 0; k < NPH_TPM_KINDS; k++)
             resolve_cell(scene, sums + (k * cells + i) * NPH_TPM_VALUES, k, photons[k], cell);
     }
+}
+
+static void three(NphFactFn fact, void *user, const char *name, const int32_t n[3]) {
+    fact(user, -1, name, 3, (double[]){(double)n[0], (double)n[1], (double)n[2]});
+}
+
+void NPH_KERNEL(nph_tpm_facts)(const void *memory, const NphTpmChoice *choice, NphFactFn fact, void *user) {
+    const RTpmScene *scene = memory;
+    const RScene *local = &scene->local;
+    double small[4] = {(double)scene->small_origin[0], (double)scene->small_origin[1], (double)scene->small[0], (double)scene->small[1]};
+    three(fact, user, "cells", choice->cells);
+    three(fact, user, "fine", choice->fine);
+    fact(user, -1, "photons_of_generation", 2, (double[]){(double)choice->photons[0], (double)choice->photons[1]});
+    fact(user, -1, "generations", 1, (double[]){(double)choice->generations});
+    fact(user, -1, "small", 4, small);
+    r_fact(fact, user, "step", scene->step);
+    if (choice->traced) {
+        double cones[4 * NPH_MAX_LIGHTS], towards[3];
+        for (int a = 0; a < 3; a++) towards[a] = (double)scene->towards[NPH_TPM_SUN][a];
+        for (int l = 0; l < local->light_count; l++) {
+            for (int a = 0; a < 3; a++) cones[4 * l + a] = (double)scene->from[l].axis[a];
+            cones[4 * l + 3] = (double)scene->from[l].width;
+        }
+        fact(user, -1, "unit_W", 1, &scene->unit);
+        fact(user, -1, "fixed_point_scale", 1, &scene->scale);
+        fact(user, -1, "dominant", 1, (double[]){(double)scene->dominant});
+        fact(user, -1, "towards", 3, towards);
+        r_fact(fact, user, "majorant", scene->majorant);
+        fact(user, -1, "switch_order", 1, (double[]){scene->similarity ? (double)scene->switch_order : -1.0});
+        fact(user, -1, "gain", 2, (double[]){(double)scene->gain[0], (double)scene->gain[1]});
+        fact(user, -1, "bounds_lo", 3, local->bounds_lo);
+        fact(user, -1, "bounds_hi", 3, local->bounds_hi);
+        fact(user, -1, "choose", local->light_count + 1, scene->choose);
+        fact(user, -1, "cones", 4 * local->light_count, cones);
+    }
+    r_scene_facts(local, 1, fact, user);
 }

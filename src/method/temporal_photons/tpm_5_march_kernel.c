@@ -16,7 +16,7 @@
 void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sample, int first, int end, void *picture,
                                int64_t *steps);
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
-void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const NphTpmTile *tile);
+void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const int crop[4], int first, int end, void *image);
 
 typedef struct Sight {
     const RTpmScene *scene;
@@ -193,14 +193,14 @@ void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t s
     line(user, text);
 }
 
-void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const NphTpmTile *tile) {
+void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const int crop[4], int first, int end, void *image) {
     const RTpmScene *scene = memory;
-    Real *samples = tile->samples;
-    for (int y = tile->inside[1]; y < tile->inside[3]; y++)
-        for (int x = tile->inside[0]; x < tile->inside[2]; x++) {
+    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+    for (int row = first; row < end; row++)
+        for (int column = 0; column < (int)width; column++) {
             int64_t at[4];
             Real share[2] = {R(0.0), R(0.0)};
-            int32_t low[2], high[2], place[2] = {x, y};
+            int32_t low[2], high[2], place[2] = {crop[0] + column, crop[1] + row};
             for (int a = 0; a < 2; a++) {
                 Real u = scene->half ? R(0.5) * ((Real)place[a] + R(0.5)) - R(0.5) : (Real)place[a];
                 u = r_clamp(u - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
@@ -210,12 +210,11 @@ void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const 
             }
             for (int k = 0; k < 4; k++)
                 at[k] = ((int64_t)(k >> 1 ? high[1] : low[1]) * scene->small[0] + (k & 1 ? high[0] : low[0])) * NPH_SAMPLE_FIELDS;
-            int pixel = (y - tile->origin[1]) * NPH_TILE + x - tile->origin[0];
             for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
                 const Real *from = (const Real *)picture + f;
                 Real upper = from[at[0]] + share[0] * (from[at[1]] - from[at[0]]);
                 Real lower = from[at[2]] + share[0] * (from[at[3]] - from[at[2]]);
-                samples[(f * NPH_TILE_PIXELS + pixel) * NPH_CHUNK + tile->slot] = upper + share[1] * (lower - upper);
+                ((Real *)image)[f * pixels + row * width + column] = upper + share[1] * (lower - upper);
             }
         }
 }

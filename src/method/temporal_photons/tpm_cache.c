@@ -16,6 +16,7 @@ static NphStatus allocate(NphTpmCache *cache, const NphJob *job) {
     size_t threads = (size_t)nph_context_threads(context), real = job->precision == 32 ? 4 : 8;
     size_t cells = (size_t)nph_tpm_cells(cache->choice.cells), fine = (size_t)nph_tpm_cells(cache->choice.fine);
     NPH_TRY(NPH_NEW(context, threads * (size_t)cache->values, "partial caches", &cache->added));
+    NPH_TRY(NPH_NEW(context, cache->values, "partial cache", &cache->partial));
     NPH_TRY(NPH_NEW(context, cache->values, "cache", &cache->sums));
     NPH_TRY(nph_alloc(context, cells * NPH_TPM_FIELDS, real, "cells", &cache->coarse));
     NPH_TRY(nph_alloc(context, fine * NPH_TPM_FIELDS, real, "cells at the resolution of the density", &cache->fine));
@@ -52,6 +53,7 @@ void nph_tpm_cache_close(NphTpmCache *cache) {
     nph_free(context, cache->fine);
     nph_free(context, cache->coarse);
     nph_free(context, cache->sums);
+    nph_free(context, cache->partial);
     nph_free(context, cache->added);
 }
 
@@ -61,7 +63,7 @@ static NphStatus trace_block(void *opaque, int64_t number, int worker) {
     int64_t first = (number - (kind == NPH_TPM_SKY ? cache->blocks[NPH_TPM_SUN] : 0)) * NPH_TPM_BLOCK;
     int64_t left = cache->choice.photons[kind] - first;
     NphTpmBlock block = {.sample = cache->sample,
-                         .generation = cache->generation,
+                         .generation = (uint32_t)(cache->frame + cache->choice.first + cache->generation),
                          .kind = kind,
                          .first = first,
                          .count = left < NPH_TPM_BLOCK ? (int)left : NPH_TPM_BLOCK,
@@ -73,13 +75,27 @@ static NphStatus trace_block(void *opaque, int64_t number, int worker) {
     return NPH_OK;
 }
 
-/* I + H_new; the workers' parts are whole numbers, so their order is nobody's business. */
-static void update(NphTpmCache *cache) {
+/* The workers' parts of H are whole numbers: their order is nobody's business. */
+static NphStatus trace(NphTpmCache *cache) {
     int threads = nph_context_threads(cache->context);
-    for (int w = 0; w < threads; w++) {
-        const int64_t *added = cache->added + cache->values * w;
-        for (int64_t i = 0; i < cache->values; i++) cache->sums[i] += added[i];
-    }
+    memset(cache->added, 0, (size_t)cache->values * sizeof *cache->added * (size_t)threads);
+    memset(cache->partial, 0, (size_t)cache->values * sizeof *cache->partial);
+    if (cache->choice.traced)
+        NPH_TRY(nph_pool_run(cache->context, cache->blocks[0] + cache->blocks[1], trace_block, cache, NULL));
+    for (int w = 0; w < threads; w++)
+        for (int64_t i = 0; i < cache->values; i++) cache->partial[i] += cache->added[cache->values * w + i];
+    return NPH_OK;
+}
+
+/* I + H_new. Of a frame by itself nothing grows old: it is the sum of its generations. */
+static void update(NphTpmCache *cache) {
+    for (int64_t i = 0; i < cache->values; i++) cache->sums[i] += cache->partial[i];
+}
+
+static void resolve(NphTpmCache *cache) {
+    int64_t photons[NPH_TPM_KINDS];
+    for (int k = 0; k < NPH_TPM_KINDS; k++) photons[k] = cache->choice.photons[k] * cache->choice.generations;
+    cache->kernels.resolve(cache->scene, cache->sums, photons, cache->coarse);
 }
 
 static NphStatus upsample_cells(void *opaque, int64_t number, int worker) {
@@ -90,23 +106,30 @@ static NphStatus upsample_cells(void *opaque, int64_t number, int worker) {
     return NPH_OK;
 }
 
-NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
-    const NphTpmChoice *choice = &cache->choice;
-    int64_t photons[NPH_TPM_KINDS], cells = nph_tpm_cells(choice->cells);
-    size_t bytes = (size_t)cache->values * sizeof *cache->sums;
-    cache->sample = sample;
-    if (choice->medium < 0) return NPH_OK; /* nothing is looked up */
-    memset(cache->sums, 0, bytes);
-    for (int64_t g = choice->first; g <= 0 && choice->traced; g++) {
-        cache->generation = (uint32_t)(cache->frame + g);
-        memset(cache->added, 0, bytes * (size_t)nph_context_threads(cache->context));
-        NPH_TRY(nph_pool_run(cache->context, cache->blocks[0] + cache->blocks[1], trace_block, cache, NULL));
-        NPH_LAUNCH(&cache->stages[0], NPH_TPM_UPDATE, cache->values, update(cache));
+NphStatus nph_tpm_cache_step(NphTpmCache *cache, NphTpmStage stage) {
+    NphStageCounts *counts = &cache->stages[0];
+    int64_t cells = nph_tpm_cells(cache->choice.cells);
+    if (cache->choice.medium < 0) return NPH_OK; /* nothing is looked up */
+    switch (stage) {
+    case NPH_TPM_CLEAR:
+        NPH_LAUNCH(counts, stage, cache->values, memset(cache->sums, 0, (size_t)cache->values * sizeof *cache->sums));
+        return NPH_OK;
+    case NPH_TPM_TRACE: return trace(cache);
+    case NPH_TPM_UPDATE: NPH_LAUNCH(counts, stage, cache->values, update(cache)); return NPH_OK;
+    case NPH_TPM_RESOLVE: NPH_LAUNCH(counts, stage, cells, resolve(cache)); return NPH_OK;
+    default: return nph_pool_run(cache->context, (cells + CELLS - 1) / CELLS, upsample_cells, cache, NULL);
     }
-    for (int k = 0; k < NPH_TPM_KINDS; k++) photons[k] = choice->photons[k] * choice->generations;
-    NPH_LAUNCH(&cache->stages[0], NPH_TPM_RESOLVE, cells,
-               cache->kernels.resolve(cache->scene, cache->sums, photons, cache->coarse));
-    return nph_pool_run(cache->context, (cells + CELLS - 1) / CELLS, upsample_cells, cache, NULL);
+}
+
+NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
+    cache->sample = sample;
+    NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_CLEAR));
+    for (cache->generation = 0; cache->generation < cache->choice.generations && cache->choice.traced; cache->generation++) {
+        NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_TRACE));
+        NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_UPDATE));
+    }
+    NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_RESOLVE));
+    return nph_tpm_cache_step(cache, NPH_TPM_UPSAMPLE);
 }
 
 void nph_tpm_cache_ledger(const NphTpmCache *cache, NphTpmLedger *sum) {

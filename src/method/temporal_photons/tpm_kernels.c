@@ -8,11 +8,12 @@
 BUILDS(size_t, nph_tpm_scene_bytes, (int));
 BUILDS(void, nph_tpm_prepare, (const NphJob *, const NphTpmChoice *, void *));
 BUILDS(void, nph_tpm_resolve, (const void *, const int64_t *, const int64_t *, void *));
-BUILDS(void, nph_tpm_enlarge, (const void *, const void *, const NphTpmTile *));
 BUILDS(void, nph_tpm_replay, (const void *, const void *, uint32_t, const int *, NphLineFn, void *));
+BUILDS(void, nph_tpm_facts, (const void *, const NphTpmChoice *, NphFactFn, void *));
 BUILDS(size_t, nph_tpm_trace_bytes, (int64_t, int));
 NPH_KERNEL_DECLARE(void, nph_tpm_upsample, (const void *, const void *, int64_t, int64_t, void *));
 NPH_KERNEL_DECLARE(void, nph_tpm_march, (const void *, const void *, uint32_t, int, int, void *, int64_t *));
+NPH_KERNEL_DECLARE(void, nph_tpm_enlarge, (const void *, const void *, const int *, int, int, void *));
 NPH_KERNEL_DECLARE(void, nph_tpm_trace, (const void *, const NphTpmBlock *));
 
 void nph_tpm_kernels(int precision, NphIsa isa, NphTpmKernels *kernels) {
@@ -20,10 +21,11 @@ void nph_tpm_kernels(int precision, NphIsa isa, NphTpmKernels *kernels) {
     kernels->scene_bytes = f32 ? nph_tpm_scene_bytes_f32_base : nph_tpm_scene_bytes_f64_base;
     kernels->prepare = f32 ? nph_tpm_prepare_f32_base : nph_tpm_prepare_f64_base;
     kernels->resolve = f32 ? nph_tpm_resolve_f32_base : nph_tpm_resolve_f64_base;
-    kernels->enlarge = f32 ? nph_tpm_enlarge_f32_base : nph_tpm_enlarge_f64_base;
     kernels->replay = f32 ? nph_tpm_replay_f32_base : nph_tpm_replay_f64_base;
+    kernels->facts = f32 ? nph_tpm_facts_f32_base : nph_tpm_facts_f64_base;
     kernels->trace_bytes = f32 ? nph_tpm_trace_bytes_f32_base : nph_tpm_trace_bytes_f64_base;
     NPH_KERNEL_PICK(kernels->upsample, nph_tpm_upsample, isa, precision);
     NPH_KERNEL_PICK(kernels->march, nph_tpm_march, isa, precision);
+    NPH_KERNEL_PICK(kernels->enlarge, nph_tpm_enlarge, isa, precision);
     NPH_KERNEL_PICK(kernels->trace, nph_tpm_trace, isa, precision);
 }

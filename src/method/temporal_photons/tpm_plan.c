@@ -179,8 +179,8 @@ static NphStatus plan_buffers(const NphJob *job, const NphTpmChoice *choice, Nph
     NphTpmKernels kernels;
     nph_tpm_kernels(job->precision, NPH_ISA_BASE, &kernels);
     nph_tpm_small(job, origin, small);
-    NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.partial", (threads + 1) * NPH_TPM_KINDS * cells * NPH_TPM_VALUES * 8,
-                         "H of every worker and I: %d x %d x %d cells, 64-bit fixed point", (int)choice->cells[0],
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.partial", (threads + 2) * NPH_TPM_KINDS * cells * NPH_TPM_VALUES * 8,
+                         "H, of every worker too, and I: %d x %d x %d cells, 64-bit fixed point", (int)choice->cells[0],
                          (int)choice->cells[1], (int)choice->cells[2]));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "block scratch", threads * kernels.trace_bytes((int64_t)cells, choice->shared),
                          choice->shared ? "lanes, and a block's own grid" : "lanes; the grid is too large for a block's own"));
@@ -189,10 +189,9 @@ static NphStatus plan_buffers(const NphJob *job, const NphTpmChoice *choice, Nph
                          (int)choice->fine[0], (int)choice->fine[1], (int)choice->fine[2]));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.picture", (uint64_t)small[0] * (uint64_t)small[1] * NPH_SAMPLE_FIELDS * real,
                          "%d x %d pixels that are marched", small[0], small[1]));
-    uint64_t across = (uint64_t)((job->crop[2] + NPH_TILE - 1) / NPH_TILE - job->crop[0] / NPH_TILE);
-    uint64_t down = (uint64_t)((job->crop[3] + NPH_TILE - 1) / NPH_TILE - job->crop[1] / NPH_TILE);
-    NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.sample", across * down * NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * real,
-                         "%d samples of every pixel", NPH_CHUNK));
+    uint64_t pixels = (uint64_t)(job->crop[2] - job->crop[0]) * (uint64_t)(job->crop[3] - job->crop[1]);
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.image", (pixels + NPH_TILE_PIXELS) * NPH_SAMPLE_FIELDS * NPH_CHUNK * real,
+                         "%d samples of every pixel, and of a tile", NPH_CHUNK));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "film scratch", nph_film_scratch_bytes(choice->transport.film_channels), "one"));
     uint64_t regions = nph_film_forecast_shared_bytes(scene->sensor.width, scene->sensor.height, job->crop,
                                                       choice->transport.film_channels, job->sample_begin, job->sample_end);
@@ -222,7 +221,7 @@ NphStatus nph_tpm_plan(const NphJob *job, NphPlan *plan) {
     NphTpmChoice choice;
     NPH_TRY(nph_tpm_choose(job, &choice));
     for (int s = 0; s < nph_temporal_photons.stage_count; s++) {
-        const NphStage *stage = &nph_temporal_photons.stages[s];
+        const NphStage *stage = &nph_tpm_stages[s];
         NPH_TRY(nph_plan_add(context, plan, "stage", stage->name, 0, "%s; blocks of %d", stage->source, stage->block[0]));
     }
     NPH_TRY(plan_left_out(job, &choice, plan));

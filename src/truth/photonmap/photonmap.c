@@ -181,9 +181,7 @@ static NphStatus run_image(NphPhotonmapState *state) {
 
 static NphStatus add_tile(NphPhotonmapState *state, int64_t tile) {
     NphLaunch launch = {.batch = batch_of(state, NPH_CHUNK + tile), .arguments = {state->chunk * NPH_CHUNK, tile}};
-    int origin[2], inside[4];
-    nph_film_tile_rect(state->film, tile, origin, inside);
-    state->maker.kernels.gather(state->images, state->job.crop, origin, inside, state->samples);
+    nph_film_gather(state->film, tile, state->job.precision, state->images, state->samples);
     NPH_TRY(step(state, &launch, NPH_PHOTONMAP_ACCUMULATE));
     nph_film_add_node(state->film, tile, state->chunk, state->job.precision, state->samples, state->film_scratch);
     return NPH_OK;

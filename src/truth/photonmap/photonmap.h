@@ -107,8 +107,6 @@ typedef struct NphPhotonmapKernels {
     void (*clear)(NphPhotonMap *map);
     void (*show)(const NphPhotonMap *map, int buffer, void *column);
     void (*take)(NphPhotonMap *map, int buffer, const void *column);
-    /* A tile of 16 images as the film takes it: [field][pixel][sample], 0 where the crop has no pixel. */
-    void (*gather)(const void *images, const int crop[4], const int origin[2], const int inside[4], void *samples);
     void (*facts)(const void *scene, int64_t room, NphFactFn fact, void *user);
 } NphPhotonmapKernels;
 void nph_photonmap_kernels(int precision, NphPhotonmapKernels *kernels);

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * What others see of a photon map: fields of its photons and nodes as rows, and numbers of its scene; and tiles of 16 images
- * as the film takes them. */
+ * What others see of a photon map: fields of its photons and nodes as rows, and numbers of its scene. */
 #include <string.h>
 
 #include "transport/facts_lookup.h"
@@ -10,8 +9,6 @@
 void NPH_KERNEL(nph_photonmap_clear)(NphPhotonMap *map);
 void NPH_KERNEL(nph_photonmap_show)(const NphPhotonMap *map, int buffer, void *column);
 void NPH_KERNEL(nph_photonmap_take)(NphPhotonMap *map, int buffer, const void *column);
-void NPH_KERNEL(nph_photonmap_gather)(const void *images, const int crop[4], const int origin[2], const int inside[4],
-                                      void *samples);
 void NPH_KERNEL(nph_photonmap_facts)(const void *scene, int64_t room, NphFactFn fact, void *user);
 
 void NPH_KERNEL(nph_photonmap_clear)(NphPhotonMap *map) {
@@ -92,21 +89,6 @@ void NPH_KERNEL(nph_photonmap_take)(NphPhotonMap *map, int buffer, const void *c
         for (int r = 0; r < rows; r++) to[r] = reals[r * map->room + i];
         if (buffer == NPH_PHOTONMAP_PLACE) items[i].tag = (uint32_t)i << 2;
     }
-}
-
-void NPH_KERNEL(nph_photonmap_gather)(const void *images, const int crop[4], const int origin[2], const int inside[4],
-                                      void *samples) {
-    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
-    const Real *from = images;
-    Real *to = samples;
-    memset(samples, 0, NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * sizeof *to);
-    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
-        for (int y = inside[1]; y < inside[3]; y++)
-            for (int x = inside[0]; x < inside[2]; x++) {
-                int64_t pixel = f * pixels + (y - crop[1]) * width + x - crop[0];
-                Real *of = to + ((int64_t)f * NPH_TILE_PIXELS + (y - origin[1]) * NPH_TILE + x - origin[0]) * NPH_CHUNK;
-                for (int64_t s = 0; s < NPH_CHUNK; s++) of[s] = from[s * NPH_SAMPLE_FIELDS * pixels + pixel];
-            }
 }
 
 void NPH_KERNEL(nph_photonmap_facts)(const void *memory, int64_t room, NphFactFn fact, void *user) {

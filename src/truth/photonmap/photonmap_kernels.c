@@ -17,7 +17,6 @@ BUILDS(void, nph_photonmap_replay, (const void *, const NphPhotonMap *, const in
 BUILDS(void, nph_photonmap_clear, (NphPhotonMap *));
 BUILDS(void, nph_photonmap_show, (const NphPhotonMap *, int, void *));
 BUILDS(void, nph_photonmap_take, (NphPhotonMap *, int, const void *));
-BUILDS(void, nph_photonmap_gather, (const void *, const int *, const int *, const int *, void *));
 BUILDS(void, nph_photonmap_facts, (const void *, int64_t, NphFactFn, void *));
 
 void nph_photonmap_kernels(int precision, NphPhotonmapKernels *kernels) {
@@ -33,6 +32,5 @@ void nph_photonmap_kernels(int precision, NphPhotonmapKernels *kernels) {
     kernels->clear = f32 ? nph_photonmap_clear_f32_base : nph_photonmap_clear_f64_base;
     kernels->show = f32 ? nph_photonmap_show_f32_base : nph_photonmap_show_f64_base;
     kernels->take = f32 ? nph_photonmap_take_f32_base : nph_photonmap_take_f64_base;
-    kernels->gather = f32 ? nph_photonmap_gather_f32_base : nph_photonmap_gather_f64_base;
     kernels->facts = f32 ? nph_photonmap_facts_f32_base : nph_photonmap_facts_f64_base;
 }
