@@ -22,14 +22,15 @@ enum { PATH = 1200 };
 typedef struct Settings {
     const char *method;
     int crop[4];
-    const char *knob;
+    const char *knobs[3];
 } Settings;
 
 static const Settings settings[] = {
-    {"path", {0, 0, 64, 48}, NULL},
-    {"light", {0, 0, 64, 48}, NULL},
-    {"single", {28, 20, 36, 28}, "single.tolerance=0.01"},
-    {"photonmap", {28, 20, 36, 28}, "photonmap.photons=4000"},
+    {"path", {0, 0, 64, 48}, {NULL}},
+    {"light", {0, 0, 64, 48}, {NULL}},
+    {"single", {28, 20, 36, 28}, {"single.tolerance=0.01"}},
+    {"photonmap", {28, 20, 36, 28}, {"photonmap.photons=4000"}},
+    {"temporal_photons", {28, 20, 36, 28}, {"tpm.photons=2000", "tpm.generations=2", "tpm.cells=200"}},
 };
 
 static int by_name(const void *a, const void *b) { return strcmp(a, b); }
@@ -79,8 +80,8 @@ NphRenderOptions pinned_options(const char *method) {
         if (strcmp(settings[i].method, method) != 0) continue;
         options.crop_given = 1;
         memcpy(options.crop, settings[i].crop, sizeof options.crop);
-        options.knob_count = settings[i].knob != NULL;
-        options.knobs = &settings[i].knob;
+        options.knobs = settings[i].knobs;
+        while (options.knob_count < 3 && options.knobs[options.knob_count]) options.knob_count++;
     }
     return options;
 }

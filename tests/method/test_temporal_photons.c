@@ -353,6 +353,7 @@ START_TEST(a_furnace_is_white_whatever_the_upsampling) {
 END_TEST
 
 #define AT(medium, lights) SCENE("resolution: [8, 8], position: [-2, -2, 0.5], look_at: [0.5, 0.5, 0.5], fov: 30", medium, lights)
+#define NOTHING "nephos: 1\ncamera: {resolution: [8, 8], position: [-2, -2, 0.5], look_at: [0.5, 0.5, 0.5], fov: 30}\nlights:\n"
 #define UP "  - {type: sun, direction: [0, 0, 1], irradiance: 2}\n"
 #define LEVEL "  - {type: sun, direction: [1, 0, 0], irradiance: 2}\n"
 #define BELOW "  - {type: sun, direction: [0.3, 0, -1], irradiance: 2}\n"
@@ -362,7 +363,7 @@ START_TEST(extremes_stay_finite_and_say_so) {
         AT(CUBE("4", "1", "0"), SUN), AT(CUBE("400", "1", "0.9999"), SUN), AT(CUBE("4", "1", "-0.9"), SUN), AT(CUBE("0", "1", "0"), SUN),
         AT(CUBE("1e6", "0.5", "0.3"), SUN WHITE), AT(PUFF, UP), AT(PUFF, LEVEL), AT(PUFF, BELOW), AT(CUBE("4", "0", "0.5"), SUN WHITE),
         AT(CUBE("4", "1", "0.5"), "  - {type: point, position: [0.5, 0.5, 0.5], intensity: 1}\n"),
-        "nephos: 1\ncamera: {resolution: [8, 8], position: [-2, -2, 0.5], look_at: [0.5, 0.5, 0.5], fov: 30}\nlights:\n" SUN,
+        (NOTHING SUN),
     };
     static const char *const sets[][5] = {{"tpm.photons=1", "tpm.generations=1", "tpm.cells=1", "tpm.steps=10", "tpm.noise=0"},
                                           {"tpm.photons=300", "tpm.generations=2", "tpm.cells=64", "tpm.variant=1", "tpm.steps=50"},

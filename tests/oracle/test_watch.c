@@ -34,7 +34,9 @@ static NphScene *parse(NphContext *context) {
 
 /* Mean of the picture's red; the status in *status. */
 static double render_by(const char *method, NphContext *context, const NphWatch *watch, NphStatus *status) {
-    static const char *const few[] = {"photonmap.photons=500", "photonmap.step=1"};
+    static const char *const few[] = {"photonmap.photons=500", "photonmap.step=1"},
+                             *const generations[] = {"tpm.photons=500", "tpm.generations=2", "tpm.cells=64"};
+    int maps = strcmp(method, "photonmap") == 0, frames = strcmp(method, "temporal_photons") == 0;
     NphRenderOptions options;
     NphFilm *film = NULL;
     NphImage image = {0};
@@ -43,8 +45,8 @@ static double render_by(const char *method, NphContext *context, const NphWatch 
     nph_render_options_default(&options);
     options.method = method;
     options.samples = 16;
-    options.knob_count = strcmp(method, "photonmap") == 0 ? 2 : 0;
-    options.knobs = few;
+    options.knob_count = maps ? 2 : frames ? 3 : 0;
+    options.knobs = frames ? generations : few;
     *status = watch ? nph_render_watched(context, scene, &options, watch, &film, NULL) : nph_render(context, scene, &options, &film, NULL);
     if (*status == NPH_OK) {
         ck_assert_int_eq(nph_film_image(context, film, &image), NPH_OK);
@@ -100,6 +102,9 @@ static const Looked looked[] = {
                    {"photonmap.scan", "photonmap.first"}, {"photonmap.trace", "photonmap.id"}, {"photonmap.trace", "photonmap.place"},
                    {"photonmap.trace", "photonmap.medium"}, {"photonmap.tree", "photonmap.node"}, {"photonmap.tree", "photonmap.node_photon"},
                    {"photonmap.tree", "photonmap.power"}, {"photonmap.march", "photonmap.image"}, {"photonmap.accumulate", "film.node"}}},
+    {"temporal_photons", {{"tpm.clear", "tpm.sum"}, {"tpm.trace", "tpm.partial"}, {"tpm.update", "tpm.sum"}, {"tpm.resolve", "tpm.coarse"},
+                          {"tpm.upsample", "tpm.fine"}, {"tpm.march", "tpm.picture"}, {"tpm.enlarge", "tpm.image"},
+                          {"tpm.accumulate", "film.node"}}},
 };
 enum { LOOKED = sizeof looked / sizeof *looked };
 
