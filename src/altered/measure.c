@@ -74,20 +74,28 @@ static Simulation *add_cause(AlteredMeasure *m, const char *name, const char *bu
     return made;
 }
 
+/* Whatever the run's precision. */
+static int is_of_doubles(const NphMethod *method) {
+    for (int b = 0; b < method->buffer_count; b++)
+        if (method->buffers[b].type == NPH_TYPE_REAL) return 0;
+    return 1;
+}
+
 static NphStatus add_causes(AlteredMeasure *m, const NphScene *scene, const NphRenderOptions *options) {
     static const char no_fma[] = "not measured: this processor or build has no fused multiply-add";
-    int f32 = m->job.precision == 32;
+    int f32 = m->job.precision == 32, doubles = is_of_doubles(m->method), floats = f32 && !doubles;
     NphStages *other = NULL, *contracted = NULL, *divided = NULL;
-    NPH_TRY(open_level(m, scene, options, f32 ? 64 : 32, NPH_ISA_BASE, &other));
+    if (!doubles) NPH_TRY(open_level(m, scene, options, f32 ? 64 : 32, NPH_ISA_BASE, &other));
     NPH_TRY(open_level(m, scene, options, m->job.precision, NPH_ISA_AVX2, &contracted));
-    if (f32) NPH_TRY(open_level(m, scene, options, 32, NPH_ISA_AVX512, &divided));
-    add_cause(m, f32 ? "f64" : "f32", "", "the other precision, whose random numbers have other bits too", other, NULL);
+    if (floats) NPH_TRY(open_level(m, scene, options, 32, NPH_ISA_AVX512, &divided));
+    add_cause(m, f32 ? "f64" : "f32", "", "the other precision, whose random numbers have other bits too", other,
+              "not measured: all of this method is of doubles");
     add_cause(m, "contraction", "", "a * b + c with one rounding", contracted, no_fma);
     add_cause(m, "division", "", "a / b as a times an approximate reciprocal with one step of Newton's method", divided,
-              f32 ? no_fma : "not measured: of floats only");
+              floats ? no_fma : "not measured: of floats only");
     for (int i = 0; i < altered_interface_count(); i++) {
         const NphAccuracy *interface = altered_interface(i);
-        add_cause(m, interface->name, "", interface->source, f32 || interface->doubles ? m->exact : NULL,
+        add_cause(m, interface->name, "", interface->source, floats || interface->doubles ? m->exact : NULL,
                   "not measured: it promises nothing of doubles")->accuracy = interface;
     }
     for (int b = 0; b < m->method->buffer_count; b++)

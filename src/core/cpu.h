@@ -32,4 +32,16 @@ int nph_isa_parse(const char *word, NphIsa *isa);
     ((void)(isa), (target) = (precision) == 32 ? name##_f32_base : name##_f64_base)
 #endif
 
+/* Kernels that gain nothing from wider vectors have no builds for them; in altered programs, where levels are other arithmetic
+ * (src/altered/meson.build), they have. */
+#ifdef NPH_ALTERED_STAGES
+#define NPH_STAGE_DECLARE NPH_KERNEL_DECLARE
+#define NPH_STAGE_PICK NPH_KERNEL_PICK
+#else
+#define NPH_STAGE_DECLARE(type, name, arguments) \
+    type name##_f32_base arguments; type name##_f64_base arguments
+#define NPH_STAGE_PICK(target, name, isa, precision) \
+    ((void)(isa), (target) = (precision) == 32 ? name##_f32_base : name##_f64_base)
+#endif
+
 #endif

@@ -25,6 +25,7 @@ typedef struct Comparison {
     double *ids;           /* of both sides, each once, rising: they may be far apart */
     int64_t identities;
     unsigned char *turned; /* by place in ids */
+    int agree;             /* all integers without identities */
     double *gap;           /* of the buffer under way */
     int64_t gap_room;
 } Comparison;
@@ -82,11 +83,16 @@ static const NphArray *identities_of(const NphSide *side, const NphBuffer *buffe
     return id && (buffer->queue || (array->rank > 0 && nph_array_count(id) == length_of(array))) ? id : NULL;
 }
 
-/* The last axis is the identity itself. */
-static int is_by_identity(const NphBuffer *buffer) {
-    size_t length = strlen(buffer->shape);
-    return length >= 4 && strcmp(buffer->shape + length - 4, "[id]") == 0;
+static int has_last_axis(const NphBuffer *buffer, const char *axis) {
+    size_t length = strlen(buffer->shape), end = strlen(axis);
+    return length >= end && strcmp(buffer->shape + length - end, axis) == 0;
 }
+
+/* The last axis is the identity itself. */
+static int is_by_identity(const NphBuffer *buffer) { return has_last_axis(buffer, "[id]"); }
+
+/* What one item has under way, as much as that happens to be: where its integers differ so may all of it. */
+static int is_one_item(const NphBuffer *buffer) { return has_last_axis(buffer, "[waiting]"); }
 
 /* An item and where it stands. */
 typedef struct Item {
@@ -282,7 +288,7 @@ static int pair_of(const Comparison *c, const NphBuffer *buffer, const NphArray 
     ids[0] = pair[0] ? identities_of(c->ours, buffer, pair[0]) : NULL;
     ids[1] = pair[1] ? identities_of(c->theirs, buffer, pair[1]) : NULL;
     if (!ids[0] || !ids[1]) ids[0] = ids[1] = NULL;
-    return pair[0] && pair[1] && shapes_fit(pair[0], pair[1], ids[0] && buffer->queue != NPH_QUEUE_IN_ORDER);
+    return pair[0] && pair[1] && shapes_fit(pair[0], pair[1], is_one_item(buffer) || (ids[0] && buffer->queue != NPH_QUEUE_IN_ORDER));
 }
 
 static NphStatus make_room(Comparison *c, int64_t items) {
@@ -318,6 +324,16 @@ static NphStatus compare_list(Comparison *c, NphBufferGap *gap, const NphArray *
     return status;
 }
 
+/* Turned over once, by its integers. */
+static NphStatus compare_whole(Comparison *c, NphBufferGap *gap, const NphArray *pair[2], const NphArray *ids[2]) {
+    if (is_real(pair[0])) return c->agree ? compare_items(c, gap, pair, ids) : NPH_OK;
+    gap->cells = gap->items = 1;
+    gap->beyond = gap->turned = !c->agree;
+    gap->octaves[nph_octave(!c->agree)] = 1;
+    if (!c->agree) gap->ulp = gap->absolute = 1.0;
+    return NPH_OK;
+}
+
 static NphStatus compare_buffer(Comparison *c, const NphBuffer *buffer) {
     const NphArray *pair[2], *ids[2];
     NphBufferGap gap = {.buffer = buffer};
@@ -334,6 +350,7 @@ static NphStatus compare_buffer(Comparison *c, const NphBuffer *buffer) {
     NphStatus status = NPH_OK;
     if (ids[0] && buffer->queue == NPH_QUEUE_AS_SET) status = compare_queue(c, &gap, pair[0], pair[1], ids[0], ids[1]);
     else if (ids[0] && buffer->queue) status = compare_list(c, &gap, pair, ids);
+    else if (is_one_item(buffer)) status = compare_whole(c, &gap, pair, ids);
     else status = compare_items(c, &gap, pair, ids);
     return status == NPH_OK ? c->watch->take(c->watch->user, &gap) : status;
 }
@@ -419,12 +436,23 @@ static NphStatus gather_identities(Comparison *c) {
     return NPH_OK;
 }
 
+static int equal_integers(const NphArray *a, const NphArray *b) {
+    int64_t count = nph_array_count(a);
+    if (count != nph_array_count(b)) return 0;
+    for (int64_t i = 0; i < count; i++)
+        if (value_at(a, i) < value_at(b, i) || value_at(a, i) > value_at(b, i)) return 0;
+    return 1;
+}
+
 static NphStatus find_turned(Comparison *c) {
+    c->agree = 1;
     NPH_TRY(gather_identities(c));
     for (int b = 0; b < c->method->buffer_count; b++) {
         const NphBuffer *buffer = &c->method->buffers[b];
         const NphArray *pair[2], *ids[2];
-        if (!pair_of(c, buffer, pair, ids) || is_real(pair[0]) || !ids[0]) continue;
+        if (!pair_of(c, buffer, pair, ids) || is_real(pair[0])) continue;
+        if (!buffer->identity) c->agree &= equal_integers(pair[0], pair[1]);
+        if (!ids[0]) continue;
         if (buffer->queue == NPH_QUEUE_AS_SET) turn_queue(c, pair, ids);
         else if (!buffer->queue) NPH_TRY(turn_values(c, pair, ids));
     }

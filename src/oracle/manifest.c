@@ -1,84 +1,59 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * See manifest.h. JSON is YAML to libyaml, whose nodes know their lines. */
+ * See manifest.h. */
 #include "oracle/manifest.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <yaml.h>
 
 #include "core/memory.h"
 #include "core/message.h"
 #include "core/text.h"
-#include "io/file.h"
 #include "io/volume.h"
+#include "oracle/json_read.h"
 
-typedef struct Reader {
-    NphContext *context;
-    const char *path;
-    yaml_document_t document;
-} Reader;
-
-static NphStatus refuse(const Reader *r, const yaml_node_t *at, const char *what, const char *key) {
-    return nph_error(r->context, NPH_BAD_INPUT, "%s:%d: %s%s%s", r->path, at ? (int)at->start_mark.line + 1 : 1, what, key ? " " : "",
-                     key ? key : "");
-}
-
-static const char *text_of(const yaml_node_t *node) {
-    return node && node->type == YAML_SCALAR_NODE ? (const char *)node->data.scalar.value : NULL;
-}
-
-static yaml_node_t *get(Reader *r, const yaml_node_t *map, const char *key) {
-    if (!map || map->type != YAML_MAPPING_NODE) return NULL;
-    for (yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top; pair++) {
-        const char *name = text_of(yaml_document_get_node(&r->document, pair->key));
-        if (name && strcmp(name, key) == 0) return yaml_document_get_node(&r->document, pair->value);
-    }
-    return NULL;
-}
-
-static NphStatus copy_text(Reader *r, const yaml_node_t *node, const char *key, char **out) {
-    const char *text = text_of(node);
-    if (!text) return refuse(r, node, "expected a text:", key);
+static NphStatus copy_text(NphJsonReader *r, const yaml_node_t *node, const char *key, char **out) {
+    const char *text = nph_json_text_of(node);
+    if (!text) return nph_json_refuse(r, node, "expected a text:", key);
     size_t bytes = strlen(text) + 1;
     NPH_TRY(NPH_NEW(r->context, bytes, "text of a manifest", out));
     memcpy(*out, text, bytes);
     return NPH_OK;
 }
 
-static NphStatus read_text(Reader *r, const yaml_node_t *map, const char *key, int required, char **out) {
-    const yaml_node_t *node = get(r, map, key);
-    if (!node && required) return refuse(r, map, "no", key);
+static NphStatus read_text(NphJsonReader *r, const yaml_node_t *map, const char *key, int required, char **out) {
+    const yaml_node_t *node = nph_json_get(r, map, key);
+    if (!node && required) return nph_json_refuse(r, map, "no", key);
     return node ? copy_text(r, node, key, out) : NPH_OK;
 }
 
-static NphStatus read_integer(Reader *r, const yaml_node_t *map, const char *key, int64_t fallback, int64_t *out) {
-    const yaml_node_t *node = get(r, map, key);
-    const char *text = text_of(node);
+static NphStatus read_integer(NphJsonReader *r, const yaml_node_t *map, const char *key, int64_t fallback, int64_t *out) {
+    const yaml_node_t *node = nph_json_get(r, map, key);
+    const char *text = nph_json_text_of(node);
     *out = fallback;
     if (!node) return NPH_OK;
-    return text && nph_parse_int(text, out) ? NPH_OK : refuse(r, node, "expected a whole number:", key);
+    return text && nph_parse_int(text, out) ? NPH_OK : nph_json_refuse(r, node, "expected a whole number:", key);
 }
 
-static NphStatus read_integers(Reader *r, const yaml_node_t *map, const char *key, int count, int64_t *out, int *given) {
-    const yaml_node_t *node = get(r, map, key);
+static NphStatus read_integers(NphJsonReader *r, const yaml_node_t *map, const char *key, int count, int64_t *out, int *given) {
+    const yaml_node_t *node = nph_json_get(r, map, key);
     if (given) *given = node != NULL;
     if (!node) return NPH_OK;
     if (node->type != YAML_SEQUENCE_NODE || node->data.sequence.items.top - node->data.sequence.items.start != count)
-        return refuse(r, node, "expected a list of whole numbers:", key);
+        return nph_json_refuse(r, node, "expected a list of whole numbers:", key);
     for (int i = 0; i < count; i++) {
-        const char *text = text_of(yaml_document_get_node(&r->document, node->data.sequence.items.start[i]));
-        if (!text || !nph_parse_int(text, &out[i])) return refuse(r, node, "expected a list of whole numbers:", key);
+        const char *text = nph_json_text_of(nph_json_item(r, node, i));
+        if (!text || !nph_parse_int(text, &out[i])) return nph_json_refuse(r, node, "expected a list of whole numbers:", key);
     }
     return NPH_OK;
 }
 
 /* "buffer": "file" pairs, or a list of {buffer, file}. */
-static NphStatus read_files(Reader *r, const yaml_node_t *node, const char *key, NphManifestFile **out, int *count) {
+static NphStatus read_files(NphJsonReader *r, const yaml_node_t *node, const char *key, NphManifestFile **out, int *count) {
     if (!node) return NPH_OK;
     int map = node->type == YAML_MAPPING_NODE;
-    if (!map && node->type != YAML_SEQUENCE_NODE) return refuse(r, node, "expected buffers and their files:", key);
+    if (!map && node->type != YAML_SEQUENCE_NODE) return nph_json_refuse(r, node, "expected buffers and their files:", key);
     int files = map ? (int)(node->data.mapping.pairs.top - node->data.mapping.pairs.start)
                     : (int)(node->data.sequence.items.top - node->data.sequence.items.start);
     NPH_TRY(NPH_NEW(r->context, files > 0 ? files : 1, "files of a launch", out));
@@ -90,7 +65,7 @@ static NphStatus read_files(Reader *r, const yaml_node_t *node, const char *key,
             NPH_TRY(copy_text(r, yaml_document_get_node(&r->document, pair->key), key, &file->buffer));
             NPH_TRY(copy_text(r, yaml_document_get_node(&r->document, pair->value), key, &file->file));
         } else {
-            yaml_node_t *item = yaml_document_get_node(&r->document, node->data.sequence.items.start[i]);
+            const yaml_node_t *item = nph_json_item(r, node, i);
             NPH_TRY(read_text(r, item, "buffer", 1, &file->buffer));
             NPH_TRY(read_text(r, item, "file", 1, &file->file));
         }
@@ -98,28 +73,28 @@ static NphStatus read_files(Reader *r, const yaml_node_t *node, const char *key,
     return NPH_OK;
 }
 
-static NphStatus read_arguments(Reader *r, const yaml_node_t *node, NphManifestLaunch *launch) {
+static NphStatus read_arguments(NphJsonReader *r, const yaml_node_t *node, NphManifestLaunch *launch) {
     if (!node) return NPH_OK;
-    if (node->type != YAML_MAPPING_NODE) return refuse(r, node, "expected names and whole numbers:", "arguments");
+    if (node->type != YAML_MAPPING_NODE) return nph_json_refuse(r, node, "expected names and whole numbers:", "arguments");
     yaml_node_pair_t *pair = node->data.mapping.pairs.start;
     for (; pair < node->data.mapping.pairs.top; pair++) {
         int i = launch->argument_count;
-        const char *value = text_of(yaml_document_get_node(&r->document, pair->value));
+        const char *value = nph_json_text_of(yaml_document_get_node(&r->document, pair->value));
         if (i == 8 || !value || !nph_parse_int(value, &launch->arguments[i]))
-            return refuse(r, node, "expected names and whole numbers, at most 8:", "arguments");
+            return nph_json_refuse(r, node, "expected names and whole numbers, at most 8:", "arguments");
         NPH_TRY(copy_text(r, yaml_document_get_node(&r->document, pair->key), "arguments", &launch->argument_names[i]));
         launch->argument_count++;
     }
     return NPH_OK;
 }
 
-static NphStatus read_launch(Reader *r, const yaml_node_t *node, NphManifestLaunch *launch) {
+static NphStatus read_launch(NphJsonReader *r, const yaml_node_t *node, NphManifestLaunch *launch) {
     NPH_TRY(read_integer(r, node, "batch", 0, &launch->batch));
     NPH_TRY(read_integer(r, node, "number", 0, &launch->number));
     NPH_TRY(read_text(r, node, "stage", 1, &launch->stage));
-    NPH_TRY(read_arguments(r, get(r, node, "arguments"), launch));
-    NPH_TRY(read_files(r, get(r, node, "inputs"), "inputs", &launch->inputs, &launch->input_count));
-    return read_files(r, get(r, node, "outputs"), "outputs", &launch->outputs, &launch->output_count);
+    NPH_TRY(read_arguments(r, nph_json_get(r, node, "arguments"), launch));
+    NPH_TRY(read_files(r, nph_json_get(r, node, "inputs"), "inputs", &launch->inputs, &launch->input_count));
+    return read_files(r, nph_json_get(r, node, "outputs"), "outputs", &launch->outputs, &launch->output_count);
 }
 
 static int by_launch(const void *a, const void *b) {
@@ -128,27 +103,27 @@ static int by_launch(const void *a, const void *b) {
     return (x->number > y->number) - (x->number < y->number);
 }
 
-static NphStatus read_launches(Reader *r, const yaml_node_t *root, NphManifest *m) {
-    const yaml_node_t *node = get(r, root, "launches");
-    if (!node || node->type != YAML_SEQUENCE_NODE) return refuse(r, root, "no list", "launches");
+static NphStatus read_launches(NphJsonReader *r, const yaml_node_t *root, NphManifest *m) {
+    const yaml_node_t *node = nph_json_get(r, root, "launches");
+    if (!node || node->type != YAML_SEQUENCE_NODE) return nph_json_refuse(r, root, "no list", "launches");
     int count = (int)(node->data.sequence.items.top - node->data.sequence.items.start);
     NPH_TRY(NPH_NEW(r->context, count > 0 ? count : 1, "launches of a manifest", &m->launches));
     for (int i = 0; i < count; i++) {
         m->launch_count++;
-        NPH_TRY(read_launch(r, yaml_document_get_node(&r->document, node->data.sequence.items.start[i]), &m->launches[i]));
+        NPH_TRY(read_launch(r, nph_json_item(r, node, i), &m->launches[i]));
     }
     qsort(m->launches, (size_t)count, sizeof *m->launches, by_launch);
     return NPH_OK;
 }
 
-static NphStatus read_knobs(Reader *r, const yaml_node_t *root, NphManifest *m) {
-    const yaml_node_t *node = get(r, root, "knobs");
+static NphStatus read_knobs(NphJsonReader *r, const yaml_node_t *root, NphManifest *m) {
+    const yaml_node_t *node = nph_json_get(r, root, "knobs");
     if (!node || node->type != YAML_MAPPING_NODE) return NPH_OK;
     yaml_node_pair_t *pair = node->data.mapping.pairs.start;
     for (; pair < node->data.mapping.pairs.top && m->knob_count < NPH_MANIFEST_KNOBS; pair++) {
-        const char *name = text_of(yaml_document_get_node(&r->document, pair->key));
-        const char *value = text_of(yaml_document_get_node(&r->document, pair->value));
-        if (!name || !value) return refuse(r, node, "expected names and numbers:", "knobs");
+        const char *name = nph_json_text_of(yaml_document_get_node(&r->document, pair->key));
+        const char *value = nph_json_text_of(yaml_document_get_node(&r->document, pair->value));
+        if (!name || !value) return nph_json_refuse(r, node, "expected names and numbers:", "knobs");
         size_t bytes = strlen(name) + strlen(value) + 2;
         NPH_TRY(NPH_NEW(r->context, bytes, "knob of a manifest", &m->knobs[m->knob_count]));
         snprintf(m->knobs[m->knob_count++], bytes, "%s=%s", name, value);
@@ -156,7 +131,7 @@ static NphStatus read_knobs(Reader *r, const yaml_node_t *root, NphManifest *m) 
     return NPH_OK;
 }
 
-static NphStatus add_numbers(Reader *r, NphManifest *m, const char *name, int count, const double *values) {
+static NphStatus add_numbers(NphJsonReader *r, NphManifest *m, const char *name, int count, const double *values) {
     if ((m->number_count & (m->number_count + 1)) == 0) { /* 0, 1, 3, 7 ...: full */
         NphManifestNumbers *larger = NULL;
         NPH_TRY(NPH_NEW(r->context, 2 * m->number_count + 1, "numbers of a manifest", &larger));
@@ -174,19 +149,19 @@ static NphStatus add_numbers(Reader *r, NphManifest *m, const char *name, int co
     return NPH_OK;
 }
 
-static int number_of(const yaml_node_t *node, double *value) { return text_of(node) && nph_parse_double(text_of(node), value); }
+static int number_of(const yaml_node_t *node, double *value) { return nph_json_text_of(node) && nph_parse_double(nph_json_text_of(node), value); }
 
 /* A list of numbers, but not of something else; 0 where it is none. */
-static int list_of(Reader *r, const yaml_node_t *node, double values[NPH_MANIFEST_LIST]) {
+static int list_of(NphJsonReader *r, const yaml_node_t *node, double values[NPH_MANIFEST_LIST]) {
     int count = (int)(node->data.sequence.items.top - node->data.sequence.items.start);
     for (int i = 0; i < count; i++)
-        if (i >= NPH_MANIFEST_LIST || !number_of(yaml_document_get_node(&r->document, node->data.sequence.items.start[i]), &values[i]))
+        if (i >= NPH_MANIFEST_LIST || !number_of(nph_json_item(r, node, i), &values[i]))
             return 0;
     return count;
 }
 
 /* All numbers below a node, under the name of where they stand. A document may be deep; what is of use is not. */
-static NphStatus read_numbers(Reader *r, const yaml_node_t *node, const char *name, int depth, NphManifest *m) {
+static NphStatus read_numbers(NphJsonReader *r, const yaml_node_t *node, const char *name, int depth, NphManifest *m) {
     char below[256];
     double values[NPH_MANIFEST_LIST];
     int list = node->type == YAML_SEQUENCE_NODE ? list_of(r, node, values) : number_of(node, values);
@@ -199,7 +174,7 @@ static NphStatus read_numbers(Reader *r, const yaml_node_t *node, const char *na
         }
     if (node->type != YAML_MAPPING_NODE) return NPH_OK;
     for (yaml_node_pair_t *pair = node->data.mapping.pairs.start; pair < node->data.mapping.pairs.top; pair++) {
-        const char *key = text_of(yaml_document_get_node(&r->document, pair->key));
+        const char *key = nph_json_text_of(yaml_document_get_node(&r->document, pair->key));
         int large = depth == 0 && key && (strcmp(key, "stages") == 0 || strcmp(key, "buffers") == 0 || strcmp(key, "launches") == 0);
         if (!key || large || snprintf(below, sizeof below, "%s%s%s", name, *name ? "." : "", key) >= (int)sizeof below) continue;
         NPH_TRY(read_numbers(r, yaml_document_get_node(&r->document, pair->value), below, depth + 1, m));
@@ -208,12 +183,12 @@ static NphStatus read_numbers(Reader *r, const yaml_node_t *node, const char *na
 }
 
 /* "buffers": [{"name": "path.weight", "type": "f16"}]: those that a port keeps as halves. */
-static NphStatus read_halves(Reader *r, const yaml_node_t *root, NphManifest *m) {
-    const yaml_node_t *node = get(r, root, "buffers");
+static NphStatus read_halves(NphJsonReader *r, const yaml_node_t *root, NphManifest *m) {
+    const yaml_node_t *node = nph_json_get(r, root, "buffers");
     if (!node || node->type != YAML_SEQUENCE_NODE) return NPH_OK;
     for (yaml_node_item_t *item = node->data.sequence.items.start; item < node->data.sequence.items.top; item++) {
         const yaml_node_t *buffer = yaml_document_get_node(&r->document, *item);
-        const char *type = text_of(get(r, buffer, "type"));
+        const char *type = nph_json_text_of(nph_json_get(r, buffer, "type"));
         if (!type || strcmp(type, "f16") != 0 || m->half_count == NPH_MAX_BUFFERS) continue;
         NPH_TRY(read_text(r, buffer, "name", 1, &m->halves[m->half_count]));
         m->half_count++;
@@ -221,12 +196,12 @@ static NphStatus read_halves(Reader *r, const yaml_node_t *root, NphManifest *m)
     return NPH_OK;
 }
 
-static NphStatus read_root(Reader *r, NphManifest *m) {
-    const yaml_node_t *root = yaml_document_get_root_node(&r->document);
+static NphStatus read_root(NphJsonReader *r, const yaml_node_t *root, void *made) {
+    NphManifest *m = made;
     int64_t version, seed, frame, crop[4] = {0};
     char *word = NULL;
     NPH_TRY(read_integer(r, root, "nephos_dump", 0, &version));
-    if (version != 1) return refuse(r, root, "is no manifest of a dump: expected \"nephos_dump\": 1", NULL);
+    if (version != 1) return nph_json_refuse(r, root, "is no manifest of a dump: expected \"nephos_dump\": 1", NULL);
     NPH_TRY(read_text(r, root, "scene", 0, &m->scene));
     NPH_TRY(read_text(r, root, "scene_digest", 0, &m->scene_digest));
     NPH_TRY(read_text(r, root, "method", 1, &m->method));
@@ -250,35 +225,17 @@ static NphStatus read_root(Reader *r, NphManifest *m) {
     return read_launches(r, root, m);
 }
 
-static NphStatus parse(Reader *r, const char *bytes, size_t size, NphManifest *m) {
-    yaml_parser_t parser;
-    if (!yaml_parser_initialize(&parser)) return nph_error(r->context, NPH_NO_MEMORY, "%s: no memory to read it", r->path);
-    yaml_parser_set_input_string(&parser, (const unsigned char *)bytes, size);
-    int loaded = yaml_parser_load(&parser, &r->document), line = (int)parser.problem_mark.line + 1;
-    NphStatus status = NPH_OK;
-    if (!loaded)
-        status = nph_error(r->context, NPH_BAD_INPUT, "%s:%d: %s", r->path, line, parser.problem ? parser.problem : "is not JSON");
-    yaml_parser_delete(&parser);
-    if (status != NPH_OK) return status;
-    status = read_root(r, m);
-    yaml_document_delete(&r->document);
-    return status;
-}
-
 NphStatus nph_manifest_read(NphContext *context, const char *folder, NphManifest *manifest) {
-    char path[4096], *bytes = NULL;
-    size_t size = 0, length = strlen(folder), end = sizeof "manifest.json" - 1;
+    char path[4096];
+    size_t length = strlen(folder), end = sizeof "manifest.json" - 1;
     int named = length >= end && strcmp(folder + length - end, "manifest.json") == 0;
-    Reader reader = {.context = context, .path = path};
     NphManifest made = {0};
     snprintf(path, sizeof path, "%s%s", folder, named ? "" : "/manifest.json");
-    NPH_TRY(nph_file_read(context, path, &bytes, &size));
     NphStatus status = NPH_NEW(context, strlen(path) + 1, "folder of a dump", &made.folder);
     if (status == NPH_OK) {
         memcpy(made.folder, path, strlen(path) - end);
-        status = parse(&reader, bytes, size, &made);
+        status = nph_json_read(context, path, read_root, &made);
     }
-    nph_free(context, bytes);
     if (status != NPH_OK) nph_manifest_free(context, &made);
     else *manifest = made;
     return status;

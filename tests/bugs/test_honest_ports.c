@@ -225,11 +225,55 @@ START_TEST(no_tolerance_is_looser_than_sixteen_gaps) {
 }
 END_TEST
 
+/* Stage and buffer whose arithmetic each cause must reach; division NULL: all of the method is of doubles, and what is of floats is left out. */
+static const struct {
+    const char *method, *stage, *buffer, *knob, *division;
+} reached[] = {
+    {"light", "light.trace", "light.flight_distance", "light.photons=3000", "division"},
+    {"photonmap", "photonmap.trace", "photonmap.place", "photonmap.photons=3000", "division"},
+    {"single", "single.march", "single.transmittance", NULL, NULL},
+};
+
+static int has_cause(const char *cause) {
+    for (int t = 0; t < tolerances.count; t++)
+        if (strcmp(tolerances.rows[t].cause, cause) == 0) return 1;
+    return 0;
+}
+
+START_TEST(causes_reach_the_arithmetic_of_every_method_or_are_left_out) {
+    AlteredMeasure *measure = NULL;
+    NphRenderOptions few;
+    context = nph_test_context(1);
+    altered_choose_level(context, NPH_ISA_BASE);
+    ck_assert_int_eq(nph_scene_parse(context, planted_scene, strlen(planted_scene), "test.yaml", ".", &scene), NPH_OK);
+    nph_render_options_default(&options);
+    options.method = reached[_i].method;
+    options.knob_count = reached[_i].knob != NULL;
+    options.knobs = &reached[_i].knob;
+    altered_few(scene, &options, &few);
+    ck_assert_int_eq(altered_measure_open(context, scene, &few, &measure), NPH_OK);
+    NphStatus status = altered_measure_run(measure, scene, &few);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    ck_assert_int_eq(altered_measure_tolerances(measure, &tolerances), NPH_OK);
+    int levels = altered_choose_level(context, NPH_ISA_AVX2);
+    ck_assert_double_gt(row_of(reached[_i].stage, reached[_i].buffer, "opencl")->gap, 0.0);
+    if (levels) ck_assert_double_gt(row_of(reached[_i].stage, reached[_i].buffer, "contraction")->gap, 0.0);
+    if (levels && reached[_i].division) ck_assert_double_gt(row_of(reached[_i].stage, reached[_i].buffer, reached[_i].division)->gap, 0.0);
+    ck_assert_int_eq(has_cause("contraction"), levels);
+    ck_assert_int_eq(has_cause("division"), levels && reached[_i].division);
+    ck_assert_int_eq(has_cause("f64"), reached[_i].division != NULL);
+    ck_assert_int_eq(has_cause("vulkan"), reached[_i].division != NULL);
+    altered_measure_close(measure);
+    end();
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_loop_test(cases, honest_ports_pass_with_measured_tolerances, 0, (int)(sizeof scenes / sizeof scenes[0]));
     tcase_add_loop_test(cases, each_planted_mistake_fails_with_measured_tolerances, 0, PLANTED);
     tcase_add_test(cases, halves_pass_where_they_are_declared);
     tcase_add_test(cases, no_tolerance_is_looser_than_sixteen_gaps);
+    tcase_add_loop_test(cases, causes_reach_the_arithmetic_of_every_method_or_are_left_out, 0, (int)(sizeof reached / sizeof reached[0]));
 }
 
 int main(void) { return nph_test_main("honest_ports", fill); }

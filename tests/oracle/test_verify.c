@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "harness.h"
+#include "method/registry.h"
 #include "nephos/scene.h"
 #include "nephos/verify.h"
+#include "oracle/cells.h"
 #include "oracle/manifest.h"
 #include "oracle/planted.h"
 
@@ -200,6 +202,61 @@ START_TEST(photons_may_stand_in_any_order) {
 }
 END_TEST
 
+/* Of light.trace: light.place, light.waiting_at, light.waiting. */
+static void make_waiting(NphSide *side, int64_t copies, float weight) {
+    static const char *const names[] = {"light.place", "light.waiting_at", "light.waiting"};
+    const int64_t shapes[3][2] = {{2, 0}, {4, copies}, {15, copies}};
+    const NphType types[] = {NPH_I64, NPH_I32, NPH_F32};
+    memset(side, 0, sizeof *side);
+    side->count = side->outputs = 3;
+    for (int b = 0; b < 3; b++) {
+        NphNamedArray *made = &side->buffers[b];
+        made->name = names[b];
+        ck_assert_int_eq(nph_array_new(context, types[b], b ? 2 : 1, shapes[b], names[b], &made->array), NPH_OK);
+        for (int64_t i = 0; b == 2 && i < 15 * copies; i++) ((float *)made->array.data)[i] = weight;
+    }
+}
+
+static double ulp_64(void *user, const NphBuffer *buffer) {
+    (void)user;
+    (void)buffer;
+    return 64.0;
+}
+
+static NphStatus keep_gap(void *user, const NphBufferGap *gap) {
+    NphBufferGap *gaps = user;
+    int at = strcmp(gap->buffer->name, "light.waiting") == 0 ? 2 : strcmp(gap->buffer->name, "light.waiting_at") == 0;
+    gaps[at] = *gap;
+    return NPH_OK;
+}
+
+static void compare_waiting(int64_t copies, float weight, NphBufferGap gaps[3]) {
+    NphSide sides[2];
+    const NphMethod *light = NULL;
+    NphCellWatch watch = {gaps, ulp_64, keep_gap};
+    make_waiting(&sides[0], 2, 1.0f);
+    make_waiting(&sides[1], copies, weight);
+    ck_assert_int_eq(nph_method_find(context, "light", &light), NPH_OK);
+    ck_assert_int_eq(nph_compare_sides(context, light, 32, &sides[0], &sides[1], &watch), NPH_OK);
+    for (int s = 0; s < 2; s++) nph_side_free(context, &sides[s]);
+}
+
+/* Of another photon, or of more copies of it: numbers tell nothing then. */
+START_TEST(what_a_photon_has_under_way_is_one_decision) {
+    NphBufferGap gaps[3];
+    context = nph_test_context(1);
+    for (int64_t copies = 0; copies < 4; copies++) {
+        compare_waiting(copies, copies == 2 ? 1.5f : 9.0f, gaps);
+        for (int b = 0; b < 3; b++) ck_assert_str_eq(gaps[b].problem, "");
+        ck_assert_int_eq(gaps[1].items, 1);
+        ck_assert_int_eq(gaps[1].turned, copies != 2);
+        ck_assert_int_eq(gaps[2].items, copies == 2 ? 2 : 0);
+        ck_assert_int_eq(gaps[2].turned, copies == 2 ? 2 : 0);
+    }
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(missing_and_misshaped_buffers_are_named) {
     const NphManifestLaunch *launch = NULL;
     NphVerification result;
@@ -312,6 +369,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, the_order_of_items_is_nobodys_business);
     tcase_add_test(cases, queues_are_sets_of_identities);
     tcase_add_test(cases, photons_may_stand_in_any_order);
+    tcase_add_test(cases, what_a_photon_has_under_way_is_one_decision);
     tcase_add_test(cases, missing_and_misshaped_buffers_are_named);
     tcase_add_test(cases, a_decision_that_fell_the_other_way_is_counted_once);
     tcase_add_test(cases, a_missing_input_is_a_row_that_fails);

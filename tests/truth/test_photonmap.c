@@ -41,7 +41,7 @@ static void maker_open(Maker *m, const char *yaml, int precision, int threads, i
     ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
     ck_assert_int_eq(nph_photonmap_choose(&m->job, &m->choice), NPH_OK);
     NphPhotonmapKernels kernels;
-    nph_photonmap_kernels(precision, &kernels);
+    nph_photonmap_kernels(NPH_ISA_BASE, precision, &kernels);
     ck_assert_int_eq(nph_alloc(m->context, kernels.scene_bytes(), 1, "scene", &m->memory), NPH_OK);
     kernels.prepare(&m->job, &m->choice, m->memory);
     ck_assert_int_eq(nph_photonmap_maker_open(&m->job, &m->choice, m->memory, &m->maker), NPH_OK);

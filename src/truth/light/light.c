@@ -119,7 +119,7 @@ static NphStatus open_light(const NphJob *job, void **out) {
     NPH_TRY(NPH_NEW(job->context, 1, "light tracer", &state));
     state->job = *job;
     state->threads = nph_context_threads(job->context);
-    nph_light_kernels(job->precision, &state->kernels);
+    nph_light_kernels(nph_context_isa(job->context), job->precision, &state->kernels);
     NphStatus status = nph_light_sources(job, &state->sources);
     if (status == NPH_OK) status = nph_light_choose(job, &state->sources, &state->choice);
     if (status == NPH_OK) status = open_buffers(state);

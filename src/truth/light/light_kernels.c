@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The light tracer's kernels by precision. */
+ * The light tracer's kernels by precision; of altered programs those that do arithmetic by level too. */
+#include "core/cpu.h"
 #include "truth/light/light_tracing.h"
 
 #define BUILDS(type, name, arguments) type name##_f32_base arguments; type name##_f64_base arguments
@@ -9,12 +10,12 @@ BUILDS(void, nph_light_prepare, (const NphJob *, const NphLightChoice *, const N
 BUILDS(size_t, nph_light_batch_bytes, (void));
 BUILDS(void, nph_light_layout, (void *, void *, const void *, NphLightBatch **));
 BUILDS(void, nph_light_begin, (NphLightBatch *, int64_t, int64_t));
-BUILDS(void, nph_light_emit, (NphLightBatch *));
-BUILDS(void, nph_light_trace, (NphLightBatch *));
+NPH_STAGE_DECLARE(void, nph_light_emit, (NphLightBatch *));
+NPH_STAGE_DECLARE(void, nph_light_trace, (NphLightBatch *));
 BUILDS(int, nph_light_unfinished, (const NphLightBatch *));
-BUILDS(void, nph_light_connect, (NphLightBatch *));
-BUILDS(void, nph_light_splat, (const NphLightBatch *, const NphLightImage *));
-BUILDS(void, nph_light_see, (const void *, const double *, const int *, const int *, int64_t, void *, NphTally *));
+NPH_STAGE_DECLARE(void, nph_light_connect, (NphLightBatch *));
+NPH_STAGE_DECLARE(void, nph_light_splat, (const NphLightBatch *, const NphLightImage *));
+NPH_STAGE_DECLARE(void, nph_light_see, (const void *, const double *, const int *, const int *, int64_t, void *, NphTally *));
 BUILDS(int64_t, nph_light_items, (const NphLightBatch *, NphLightStage));
 BUILDS(size_t, nph_light_column_bytes, (void));
 BUILDS(void, nph_light_start, (NphLightBatch *, NphLightPlacing));
@@ -34,7 +35,12 @@ BUILDS(NphTally *, nph_light_tally, (NphLightBatch *));
         nph_light_tally_##precision##_base                                                                                 \
     }
 
-void nph_light_kernels(int precision, NphLightKernels *kernels) {
+void nph_light_kernels(NphIsa isa, int precision, NphLightKernels *kernels) {
     static const NphLightKernels f32 = TABLE(f32), f64 = TABLE(f64);
     *kernels = precision == 32 ? f32 : f64;
+    NPH_STAGE_PICK(kernels->emit, nph_light_emit, isa, precision);
+    NPH_STAGE_PICK(kernels->trace, nph_light_trace, isa, precision);
+    NPH_STAGE_PICK(kernels->connect, nph_light_connect, isa, precision);
+    NPH_STAGE_PICK(kernels->splat, nph_light_splat, isa, precision);
+    NPH_STAGE_PICK(kernels->see, nph_light_see, isa, precision);
 }

@@ -342,7 +342,7 @@ NphStatus nph_light_plan(const NphJob *job, NphPlan *plan) {
     uint64_t cells = (uint64_t)sources.count * (sizeof *sources.cells + sizeof *sources.cdf);
     nph_emission_sources_free(context, &sources);
     NPH_TRY(status);
-    nph_light_kernels(job->precision, &kernels);
+    nph_light_kernels(nph_context_isa(context), job->precision, &kernels);
     for (int s = 0; s < nph_light.stage_count; s++) {
         const NphStage *stage = &nph_light.stages[s];
         NPH_TRY(nph_plan_add(context, plan, "stage", stage->name, 0, "%s; blocks of %d", stage->source, stage->block[0]));

@@ -114,7 +114,7 @@ typedef struct NphLightKernels {
     int (*view)(NphLightBatch *batch, int buffer, NphView *view);
     NphTally *(*tally)(NphLightBatch *batch);
 } NphLightKernels;
-void nph_light_kernels(int precision, NphLightKernels *kernels);
+void nph_light_kernels(NphIsa isa, int precision, NphLightKernels *kernels);
 
 typedef struct NphLightWorker {
     NphLightBatch *batch;

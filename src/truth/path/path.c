@@ -404,15 +404,21 @@ static void statistics(const void *opaque, NphRenderStatistics *out) {
     }
 }
 
+/* Without a run: the scene as the kernels of base see it, of the caller. */
+static NphStatus prepare_alone(const NphJob *job, NphPathChoice *choice, NphPathKernels *kernels, void **scene) {
+    nph_path_choose(job, choice);
+    nph_path_kernels(NPH_ISA_BASE, job->precision, kernels);
+    NPH_TRY(nph_alloc(job->context, kernels->scene_bytes(choice->transport.groups), 1, "scene for the kernels", scene));
+    kernels->prepare(job, choice, *scene);
+    return NPH_OK;
+}
+
 static NphStatus replay(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user) {
     NphPathChoice choice;
     NphPathKernels kernels;
     void *scene = NULL;
-    nph_path_choose(job, &choice);
-    nph_path_kernels(NPH_ISA_BASE, job->precision, &kernels);
-    NPH_TRY(nph_alloc(job->context, kernels.scene_bytes(choice.transport.groups), 1, "scene for the kernels", &scene));
-    kernels.prepare(job, &choice, scene);
     double fields[NPH_SAMPLE_FIELDS];
+    NPH_TRY(prepare_alone(job, &choice, &kernels, &scene));
     kernels.replay(scene, (int[2]){x, y}, sample, line, user, fields);
     nph_free(job->context, scene);
     return NPH_OK;
@@ -422,10 +428,7 @@ static NphStatus facts(const NphJob *job, NphFactFn fact, void *user) {
     NphPathChoice choice;
     NphPathKernels kernels;
     void *scene = NULL;
-    nph_path_choose(job, &choice);
-    nph_path_kernels(NPH_ISA_BASE, job->precision, &kernels);
-    NPH_TRY(nph_alloc(job->context, kernels.scene_bytes(choice.transport.groups), 1, "scene for the kernels", &scene));
-    kernels.prepare(job, &choice, scene);
+    NPH_TRY(prepare_alone(job, &choice, &kernels, &scene));
     kernels.facts(scene, choice.transport.groups, fact, user);
     nph_free(job->context, scene);
     return NPH_OK;

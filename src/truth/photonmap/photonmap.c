@@ -65,7 +65,7 @@ static void close_photonmap(void *opaque) {
 
 static NphStatus open_scene(const NphJob *job, const NphPhotonmapChoice *choice, void **scene) {
     NphPhotonmapKernels kernels;
-    nph_photonmap_kernels(job->precision, &kernels);
+    nph_photonmap_kernels(NPH_ISA_BASE, job->precision, &kernels);
     NPH_TRY(nph_alloc(job->context, kernels.scene_bytes(), 1, "scene for the kernels", scene));
     kernels.prepare(job, choice, *scene);
     return NPH_OK;
@@ -243,7 +243,7 @@ static NphStatus facts(const NphJob *job, NphFactFn fact, void *user) {
     NphPhotonmapChoice choice;
     NphPhotonmapKernels kernels;
     void *scene = NULL;
-    nph_photonmap_kernels(job->precision, &kernels);
+    nph_photonmap_kernels(NPH_ISA_BASE, job->precision, &kernels);
     NPH_TRY(nph_photonmap_choose(job, &choice));
     NPH_TRY(open_scene(job, &choice, &scene));
     kernels.facts(scene, choice.room, fact, user);

@@ -109,7 +109,7 @@ typedef struct NphPhotonmapKernels {
     void (*take)(NphPhotonMap *map, int buffer, const void *column);
     void (*facts)(const void *scene, int64_t room, NphFactFn fact, void *user);
 } NphPhotonmapKernels;
-void nph_photonmap_kernels(int precision, NphPhotonmapKernels *kernels);
+void nph_photonmap_kernels(NphIsa isa, int precision, NphPhotonmapKernels *kernels);
 
 /* photonmap_map.c: a map's memory, and its making on the pool. choice and scene are the caller's, and must outlive it. */
 typedef struct NphPhotonmapMaker {

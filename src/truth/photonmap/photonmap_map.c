@@ -20,7 +20,7 @@ int64_t nph_photonmap_pilot_photons(const NphPhotonmapChoice *choice) {
 
 uint64_t nph_photonmap_map_bytes(int precision, const NphPhotonmapChoice *choice, uint64_t threads) {
     NphPhotonmapKernels kernels;
-    nph_photonmap_kernels(precision, &kernels);
+    nph_photonmap_kernels(NPH_ISA_BASE, precision, &kernels);
     uint64_t photon = kernels.photon_bytes() + 2 * nph_kd_node_bytes(precision);
     return (uint64_t)choice->room * photon +
            (2 * (uint64_t)nph_photonmap_blocks(nph_photonmap_most(choice)) + 1) * sizeof(int64_t) +
@@ -57,7 +57,7 @@ static NphStatus allocate(NphPhotonmapMaker *maker, const NphJob *job, const Nph
 NphStatus nph_photonmap_maker_open(const NphJob *job, const NphPhotonmapChoice *choice, const void *scene,
                                    NphPhotonmapMaker *maker) {
     NphPhotonmapMaker made = {.context = job->context, .choice = choice, .scene = scene};
-    nph_photonmap_kernels(job->precision, &made.kernels);
+    nph_photonmap_kernels(nph_context_isa(job->context), job->precision, &made.kernels);
     made.map.room = choice->room;
     made.map.emitted = nph_photonmap_most(choice); /* until the pilot knows better */
     made.map.tree.precision = job->precision;

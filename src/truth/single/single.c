@@ -48,6 +48,7 @@ typedef struct SingleWorker {
 typedef struct SingleState {
     NphJob job;
     NphSingleScene *scene;
+    NphSingleLaunchFn launch;
     int threads;
     SingleWorker *workers;
     /* of the pass under way */
@@ -103,6 +104,7 @@ static NphStatus open_single(const NphJob *job, void **out) {
     NPH_TRY(NPH_NEW(job->context, 1, "single scattering", &state));
     state->job = *job;
     state->threads = nph_context_threads(job->context);
+    state->launch = nph_single_kernel(nph_context_isa(job->context));
     NphStatus status = open_workers(state);
     if (status != NPH_OK) {
         close_single(state);
@@ -122,7 +124,7 @@ static void begin_batch(const SingleState *state, SingleWorker *worker, int64_t 
 static void launch_stage(const SingleState *state, SingleWorker *worker, const NphLaunch *launch) {
     worker->batch.group = (int)launch->arguments[NPH_SINGLE_GROUP];
     if (launch->stage == NPH_SINGLE_ACCUMULATE) nph_film_chunk(state->film, 64, worker->batch.samples, worker->film_scratch);
-    else nph_single_launch(&worker->batch, (NphSingleStage)launch->stage);
+    else state->launch(&worker->batch, (NphSingleStage)launch->stage);
 }
 
 /* The next launch of a batch. */

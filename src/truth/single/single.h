@@ -22,6 +22,9 @@
 #include "transport/choice.h"
 #include "transport/surfaces_lookup.h"
 #include "truth/single/single_walk.h"
+#ifdef NPH_KERNEL_SUFFIX
+#include "truth/single/single_names.h"
+#endif
 
 extern const NphMethod nph_single;
 
@@ -142,6 +145,10 @@ extern const NphBuffer nph_single_buffers[NPH_SINGLE_BUFFERS];
 size_t nph_single_batch_doubles(const NphScene *scene);
 RCameraRay nph_single_ray(const RScene *scene, int x, int y, uint32_t pixel, uint32_t sample);
 void nph_single_launch(NphSingleBatch *batch, NphSingleStage stage);
+
+/* nph_single_launch; in altered programs that of a level (src/altered/meson.build). */
+typedef void (*NphSingleLaunchFn)(NphSingleBatch *batch, NphSingleStage stage);
+NphSingleLaunchFn nph_single_kernel(NphIsa isa);
 int nph_single_view(const NphSingleBatch *batch, int buffer, NphView *view); /* all but film.node */
 /* NPH_BAD_INPUT where an input is one that no run could have. */
 NphStatus nph_single_check(NphContext *context, const NphSingleBatch *batch, const NphStage *stage);

@@ -88,8 +88,8 @@ static void scatter_layer(March *m, const NphBeam *beam, double result[3]) {
     double behind = nph_single_depth(medium, far, beam->d, R_HUGE, 1e300, &none);
     for (int c = 0; c < local->channels; c++) {
         double along = medium->sigma[c] * length, x = along + medium->sigma[c] * (behind - before);
-        double part = nph_abs(x) > 1e-8 ? -nph_expm1(-x) / x : 1.0 - 0.5 * x;
-        result[c] += medium->albedo[c] * beam->phase[0] * nph_exp(-medium->sigma[c] * before) * along * part;
+        double part = nph_abs(x) > 1e-8 ? -r_expm1(-x) / x : 1.0 - 0.5 * x;
+        result[c] += medium->albedo[c] * beam->phase[0] * r_exp(-medium->sigma[c] * before) * along * part;
     }
 }
 
@@ -125,7 +125,7 @@ static void meet_point(const March *m, const NphPlace *place, double t, double h
     assert(m->scene->fields >= local->medium_count);
     nph_profile_at(&m->scratch->profile, place, t, density, tau);
     for (int c = 0; c < local->channels; c++) {
-        double rate = 0.0, passes = h * nph_exp(-tau[c]);
+        double rate = 0.0, passes = h * r_exp(-tau[c]);
         for (int i = 0; i < local->medium_count; i++) rate += density[i] * local->media[i].sigma[c];
         *sum += (m->ray->start + t) * rate * passes;
         for (int f = local->medium_count; f < m->scene->fields; f++) {
@@ -155,7 +155,7 @@ static void meet(March *m, const double before[3], const double behind[3]) {
         }
         t = e;
     }
-    for (int c = 0; c < channels; c++) collided += nph_exp(-before[c]) - nph_exp(-behind[c]);
+    for (int c = 0; c < channels; c++) collided += r_exp(-before[c]) - r_exp(-behind[c]);
     m->fields[NPH_SAMPLE_DISTANCE] += sum / (double)channels;
     m->fields[NPH_SAMPLE_COLLIDED] += collided / (double)channels;
     if (m->scene->fields == m->scene->local.medium_count) return;
@@ -191,7 +191,7 @@ static void follow(March *m, double limit) {
             if (m->scene->choice.scattered[l]) scatter(m, l);
         if (m->scene->choice.layer && m->scene->mode == NPH_SINGLE_BLINN) break;
     } while (!profile->opaque && profile->end < limit);
-    for (int c = 0; c < local->channels; c++) m->state->T[c] = profile->opaque ? 0.0 : nph_exp(-tau[c]);
+    for (int c = 0; c < local->channels; c++) m->state->T[c] = profile->opaque ? 0.0 : r_exp(-tau[c]);
 }
 
 /* What sensors for flux and fluence get straight from lights that have a direction of their own: E cos, E. */
@@ -224,7 +224,7 @@ static void reflect(March *m, const RMet *met, int l) {
     nph_single_beam(m->scene, m->ray, m->ask, l, met->n, &beam);
     for (int a = 0; a < 3; a++) to[a] = beam.point ? beam.position[a] - met->p[a] : beam.d[a];
     if (beam.point) {
-        distance = nph_sqrt(r_dot(to, to));
+        distance = r_sqrt(r_dot(to, to));
         fall = 1.0 / (distance * distance);
         for (int a = 0; a < 3; a++) to[a] /= distance;
     }

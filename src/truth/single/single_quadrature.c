@@ -31,11 +31,11 @@ void nph_single_transmittance(const RScene *scene, const double x[3], const doub
         double depth = nph_single_depth(medium, x, d, limit, nph_single_opaque(scene, medium, BLACK), walked);
         for (int c = 0; c < scene->channels; c++) tau[c] += scene->media[m].sigma[c] * depth;
     }
-    for (int c = 0; c < scene->channels; c++) T[c] = nph_exp(-tau[c]);
+    for (int c = 0; c < scene->channels; c++) T[c] = r_exp(-tau[c]);
 }
 
 static double t_of(const Integral *q, double v) { return q->beam->point ? q->middle + q->off * nph_tan(v) : v; }
-static double v_of(const Integral *q, double t) { return q->beam->point ? nph_atan2(t - q->middle, q->off) : t; }
+static double v_of(const Integral *q, double t) { return q->beam->point ? r_atan2(t - q->middle, q->off) : t; }
 
 static double node_of(const NphPanel *panel, int k) {
     return k == NPH_NODES - 1 ? panel->v1 : panel->v0 + 0.25 * (double)k * (panel->v1 - panel->v0);
@@ -50,7 +50,7 @@ static double towards(const Integral *q, double t, double x[3], double to[3]) {
         squared += to[a] * to[a];
     }
     if (!q->beam->point) return R_HUGE;
-    double distance = nph_sqrt(squared);
+    double distance = r_sqrt(squared);
     for (int a = 0; a < 3 && distance > 0.0; a++) to[a] /= distance;
     return distance;
 }
@@ -111,7 +111,7 @@ static void add_point(const Integral *q, const NphPanel *panel, const NphPlace *
     lagrange(4.0 * (v_of(q, t) - panel->v0) / (panel->v1 - panel->v0), l);
     if (q->beam->point) h /= s * s + q->off * q->off;
     for (int c = 0; c < scene->channels; c++) {
-        double arrives = h * nph_exp(-tau[c]);
+        double arrives = h * r_exp(-tau[c]);
         for (int m = 0; m < scene->medium_count; m++) {
             if (!(density[m] > 0.0)) continue;
             double weight = arrives * density[m] * scene->media[m].sigma[c] * scene->media[m].albedo[c];
@@ -377,7 +377,7 @@ void nph_single_integrate(const NphSingleScene *scene, NphSingleScratch *scratch
             squared += off * off;
             reach += nph_abs(beam->position[a] - p[a]);
         }
-        q.off = nph_sqrt(squared);
+        q.off = r_sqrt(squared);
         q.off = q.off > 1e-9 * reach ? q.off : 1e-9 * reach; /* a ray through the light itself would be infinite */
     }
     begin(&q);
