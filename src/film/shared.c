@@ -185,25 +185,22 @@ void nph_film_end_chunk(NphFilm *film, int64_t chunk) {
 }
 
 /* One row of a field: pixels lie NPH_CHUNK samples apart. */
-#define GATHER_ROW(type)                                                                                             \
-    do {                                                                                                             \
-        const type *from = (const type *)images + at;                                                                \
-        type *to = (type *)samples + into;                                                                           \
-        for (int x = inside[0]; x < inside[2]; x++) to[(int64_t)(x - inside[0]) * NPH_CHUNK] = from[x - inside[0]];   \
-    } while (0)
+static void gather_row(const char *from, char *to, int count, size_t real) {
+    for (int x = 0; x < count; x++) memcpy(to + (size_t)x * NPH_CHUNK * real, from + (size_t)x * real, real);
+}
 
 void nph_film_gather(const NphFilm *film, int64_t tile, int precision, const void *images, void *samples) {
     const int *crop = film->crop;
     int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+    size_t real = (size_t)precision / 8;
     int origin[2], inside[4];
     nph_film_tile_rect(film, tile, origin, inside);
-    memset(samples, 0, (size_t)NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * (size_t)precision / 8);
+    memset(samples, 0, (size_t)NPH_SAMPLE_FIELDS * NPH_TILE_PIXELS * NPH_CHUNK * real);
     for (int s = 0; s < NPH_CHUNK; s++)
         for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
             for (int y = inside[1]; y < inside[3]; y++) {
                 int64_t at = (s * NPH_SAMPLE_FIELDS + f) * pixels + (y - crop[1]) * width + inside[0] - crop[0];
                 int64_t pixel = (y - origin[1]) * NPH_TILE + inside[0] - origin[0], into = (f * NPH_TILE_PIXELS + pixel) * NPH_CHUNK + s;
-                if (precision == 32) GATHER_ROW(float);
-                else GATHER_ROW(double);
+                gather_row((const char *)images + (size_t)at * real, (char *)samples + (size_t)into * real, inside[2] - inside[0], real);
             }
 }
