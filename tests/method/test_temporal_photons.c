@@ -383,6 +383,15 @@ START_TEST(extremes_stay_finite_and_say_so) {
 }
 END_TEST
 
+START_TEST(without_a_medium_the_sky_is_seen) {
+    RenderCase render;
+    NphRenderOptions options = options_of(32, 0, NULL);
+    render_case(&render, NOTHING WHITE, &options, 2);
+    ck_assert_double_eq_tol(render_mean(&render, "R"), 1.0, 1e-7);
+    render_free(&render);
+}
+END_TEST
+
 START_TEST(what_the_method_cannot_do_is_refused_by_name) {
     static const struct {
         const char *scene, *says;
@@ -473,6 +482,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, similarity_keeps_the_fluence_and_the_printed_root_does_not);
     tcase_add_test(cases, a_furnace_is_white_whatever_the_upsampling);
     tcase_add_test(cases, extremes_stay_finite_and_say_so);
+    tcase_add_test(cases, without_a_medium_the_sky_is_seen);
     tcase_add_test(cases, what_the_method_cannot_do_is_refused_by_name);
     tcase_add_test(cases, the_plan_names_the_memory_of_the_run);
     tcase_add_test(cases, memory_that_is_refused_anywhere_leaves_nothing_behind);

@@ -138,8 +138,6 @@ static void prepare_march(const NphJob *job, const double metres[3], RTpmScene *
     out->exit = (Real)knobs[NPH_TPM_KNOB_EXIT];
     out->noise = (Real)knobs[NPH_TPM_KNOB_NOISE];
     out->octaves = (int)knobs[NPH_TPM_KNOB_OCTAVES];
-    out->half = knobs[NPH_TPM_KNOB_HALF] > 0.5;
-    nph_tpm_small(job, out->small_origin, out->small);
     for (int i = 0; i < FIELD && out->noise > R(0.0); i++) {
         NphWords words = nph_philox(0, (uint32_t)NPH_RNG_TPM_NOISE << 24, (uint32_t)i, 0, 0, 0);
         out->field[3 * i] = 2.0f * nph_uniformf(words.w0) - 1.0f;
@@ -156,6 +154,8 @@ void NPH_KERNEL(nph_tpm_prepare)(const NphJob *job, const NphTpmChoice *choice, 
     out->traced = choice->traced;
     out->paper = job->knobs[NPH_TPM_KNOB_VARIANT] > 0.5;
     out->shared = choice->shared;
+    out->half = job->knobs[NPH_TPM_KNOB_HALF] > 0.5;
+    nph_tpm_small(job, out->small_origin, out->small);
     if (choice->medium < 0) return;
     prepare_space(&job->scene->media[choice->medium], metres, &volume);
     prepare_medium(job, choice, out);
