@@ -102,3 +102,55 @@ NphVerdict render_verdict(const RenderCase *render, double value, double margin,
     nph_image_free(render->context, &flat);
     return comparison->verdict;
 }
+
+static NphScene *parse(NphContext *context, const char *yaml) {
+    NphScene *scene = NULL;
+    NphStatus status = nph_scene_parse(context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"), &scene);
+    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
+    return scene;
+}
+
+void render_without_memory(const char *yaml, const NphRenderOptions *options) {
+    NphContext *counter = nph_test_context(2);
+    NphScene *scene = parse(counter, yaml);
+    NphFilm *film = NULL;
+    uint64_t before = nph_context_allocations(counter);
+    ck_assert_int_eq(nph_render(counter, scene, options, &film, NULL), NPH_OK);
+    uint64_t count = nph_context_allocations(counter) - before;
+    nph_film_free(counter, film);
+    nph_scene_free(counter, scene);
+    nph_test_context_close(counter);
+    ck_assert_uint_gt(count, 10);
+    for (uint64_t n = 1; n <= count; n++) {
+        NphSettings settings;
+        NphContext *context = NULL;
+        nph_settings_default(&settings);
+        settings.threads = 2;
+        settings.fail_allocation = before + n;
+        film = NULL;
+        ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
+        scene = parse(context, yaml);
+        ck_assert_int_eq(nph_render(context, scene, options, &film, NULL), NPH_NO_MEMORY);
+        ck_assert_ptr_null(film);
+        nph_scene_free(context, scene);
+        ck_assert_uint_eq(nph_context_bytes(context), 0);
+        nph_context_close(context);
+    }
+}
+
+void render_as_planned(const char *yaml, const NphRenderOptions *options) {
+    NphContext *context = nph_test_context(3);
+    NphScene *scene = parse(context, yaml);
+    NphPlan plan;
+    NphFilm *film = NULL;
+    ck_assert_int_eq(nph_plan_make(context, scene, options, &plan), NPH_OK);
+    ck_assert_int_eq(nph_render(context, scene, options, &film, NULL), NPH_OK);
+    double planned = (double)plan.bytes, used = (double)nph_context_peak_bytes(context);
+    printf("    planned %.0f, used %.0f\n", planned, used);
+    ck_assert_double_gt(planned, 0.9 * used);
+    ck_assert_double_lt(planned, 1.1 * used);
+    nph_plan_free(context, &plan);
+    nph_film_free(context, film);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}

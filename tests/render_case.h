@@ -27,6 +27,11 @@ void render_free(RenderCase *render);
 double render_mean(const RenderCase *render, const char *channel);
 double render_error(const RenderCase *render, const char *channel);
 
+/* Every allocation of the run fails once: each fails the run with NPH_NO_MEMORY, and nothing is left behind. */
+void render_without_memory(const char *yaml, const NphRenderOptions *options);
+/* What the plan says and what the run takes differ by less than a tenth. */
+void render_as_planned(const char *yaml, const NphRenderOptions *options);
+
 /* Options with samples and precision set. */
 NphRenderOptions render_options(int64_t samples, int precision);
 

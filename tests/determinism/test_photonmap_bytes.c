@@ -98,54 +98,15 @@ static NphScene *parse(NphContext *context, const char *yaml) {
 }
 
 START_TEST(the_plan_names_the_memory_of_the_run) {
-    NphContext *context = nph_test_context(3);
-    NphScene *scene = parse(context, scenes[1]);
-    uint64_t scene_bytes = nph_context_bytes(context);
     NphRenderOptions options = options_of(16, 32);
     options.knobs = (const char *const[]){"photonmap.photons=200000", "photonmap.emitted=1000", "photonmap.step=1"};
-    NphPlan plan;
-    NphFilm *film = NULL;
-    ck_assert_int_eq(nph_plan_make(context, scene, &options, &plan), NPH_OK);
-    ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_OK);
-    double planned = (double)plan.bytes, used = (double)nph_context_peak_bytes(context);
-    printf("    planned %.0f, used %.0f (scene %.0f)\n", planned, used, (double)scene_bytes);
-    ck_assert_double_gt(planned, 0.9 * used);
-    ck_assert_double_lt(planned, 1.1 * used);
-    nph_plan_free(context, &plan);
-    nph_film_free(context, film);
-    nph_scene_free(context, scene);
-    nph_test_context_close(context);
+    render_as_planned(scenes[1], &options);
 }
 END_TEST
 
-/* Every allocation in turn is refused. */
 START_TEST(a_refused_allocation_fails_the_run_without_a_leak) {
-    NphContext *counter = nph_test_context(2);
-    NphScene *scene = parse(counter, scenes[1]);
     NphRenderOptions options = options_of(16, 32);
-    NphFilm *film = NULL;
-    uint64_t before = nph_context_allocations(counter);
-    ck_assert_int_eq(nph_render(counter, scene, &options, &film, NULL), NPH_OK);
-    uint64_t count = nph_context_allocations(counter) - before;
-    nph_film_free(counter, film);
-    nph_scene_free(counter, scene);
-    nph_test_context_close(counter);
-    ck_assert_uint_gt(count, 10);
-    for (uint64_t n = 1; n <= count; n++) {
-        NphSettings settings;
-        NphContext *context = NULL;
-        nph_settings_default(&settings);
-        settings.threads = 2;
-        settings.fail_allocation = before + n;
-        film = NULL;
-        ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
-        scene = parse(context, scenes[1]);
-        ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_NO_MEMORY);
-        ck_assert_ptr_null(film);
-        nph_scene_free(context, scene);
-        ck_assert_uint_eq(nph_context_bytes(context), 0);
-        nph_context_close(context);
-    }
+    render_without_memory(scenes[1], &options);
 }
 END_TEST
 

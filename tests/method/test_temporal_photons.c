@@ -413,60 +413,51 @@ START_TEST(what_the_method_cannot_do_is_refused_by_name) {
 END_TEST
 
 START_TEST(the_plan_names_the_memory_of_the_run) {
-    NphContext *context = nph_test_context(3);
-    NphScene *scene = NULL;
-    NphPlan plan;
-    NphFilm *film = NULL;
-    const char *knobs[] = {"tpm.photons=300", "tpm.generations=1", "tpm.steps=10"}, *yaml = SCENE(TILES, PUFF, SUN WHITE);
+    const char *knobs[] = {"tpm.photons=300", "tpm.generations=1", "tpm.steps=10"};
     NphRenderOptions options = options_of(32, 3, knobs);
-    ck_assert_int_eq(nph_scene_parse(context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"), &scene), NPH_OK);
-    ck_assert_int_eq(nph_plan_make(context, scene, &options, &plan), NPH_OK);
-    ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_OK);
-    double planned = (double)plan.bytes, used = (double)nph_context_peak_bytes(context);
-    printf("    planned %.0f, used %.0f\n", planned, used);
-    ck_assert_double_gt(planned, 0.9 * used);
-    ck_assert_double_lt(planned, 1.1 * used);
-    nph_plan_free(context, &plan);
-    nph_film_free(context, film);
-    nph_scene_free(context, scene);
-    nph_test_context_close(context);
+    render_as_planned(SCENE(TILES, PUFF, SUN WHITE), &options);
 }
 END_TEST
 
-static NphScene *parse(NphContext *context, const char *yaml) {
-    NphScene *scene = NULL;
-    NphStatus status = nph_scene_parse(context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"), &scene);
-    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
-    return scene;
-}
-
 START_TEST(memory_that_is_refused_anywhere_leaves_nothing_behind) {
-    const char *yaml = AT(PUFF, SUN), *knobs[] = {"tpm.photons=30", "tpm.generations=1", "tpm.steps=10", "tpm.cells=8"};
+    const char *knobs[] = {"tpm.photons=30", "tpm.generations=1", "tpm.steps=10", "tpm.cells=8"};
     NphRenderOptions options = options_of(32, 4, knobs);
-    NphContext *counter = nph_test_context(2);
-    NphScene *scene = parse(counter, yaml);
-    NphFilm *film = NULL;
-    uint64_t before = nph_context_allocations(counter);
-    ck_assert_int_eq(nph_render(counter, scene, &options, &film, NULL), NPH_OK);
-    uint64_t count = nph_context_allocations(counter) - before;
-    nph_film_free(counter, film);
-    nph_scene_free(counter, scene);
-    nph_test_context_close(counter);
-    ck_assert_uint_gt(count, 10);
-    for (uint64_t n = 1; n <= count; n++) {
-        NphSettings settings;
-        NphContext *context = NULL;
-        nph_settings_default(&settings);
-        settings.threads = 2;
-        settings.fail_allocation = before + n;
-        film = NULL;
-        ck_assert_int_eq(nph_context_open(&context, &settings), NPH_OK);
-        scene = parse(context, yaml);
-        ck_assert_int_eq(nph_render(context, scene, &options, &film, NULL), NPH_NO_MEMORY);
-        ck_assert_ptr_null(film);
-        nph_scene_free(context, scene);
-        ck_assert_uint_eq(nph_context_bytes(context), 0);
-        nph_context_close(context);
+    render_without_memory(AT(PUFF, SUN), &options);
+}
+END_TEST
+
+/* Scattering after which a photon goes ten thousand times as far, and still scatters often: more than one photon is given room for. */
+START_TEST(a_deposit_that_does_not_fit_fails_the_run) {
+    const char *knobs[] = {"tpm.photons=1", "tpm.generations=1", "tpm.cells=1", "tpm.similarity=1"};
+    RenderCase render;
+    NphRenderOptions options = options_of(64, 4, knobs);
+    ck_assert_int_eq(render_try(&render, AT(CUBE("1e6", "1", "0.9999"), SUN), &options, 1), NPH_BAD_NUMBER);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "do not fit"));
+    render_free(&render);
+}
+END_TEST
+
+/* Where hardly anything is scattered twice the lobe is the beam: the picture is that of single scattering, seen from anywhere. */
+START_TEST(a_thin_cloud_is_as_bright_as_single_scattering_from_every_side) {
+    static const char *const eyes[] = {"-3, 0.5, 0.5", "0.5, -3, 0.5", "4, 0.5, 0.5"};
+    const char *knobs[] = {"tpm.photons=40000", "tpm.generations=2", "tpm.cells=64", "tpm.half=0", "tpm.upsampling=0"};
+    for (int e = 0; e < 3; e++) {
+        RenderCase ours, truth;
+        const char *scene = render_text("nephos: 1\ncamera: {resolution: [16, 16], position: [%s], look_at: [0.5, 0.5, 0.5], fov: 30}\n"
+                                        "media:\n  - {" CUBE("0.01", "1", "0.6") "}\nlights:\n" SUN, eyes[e]);
+        NphRenderOptions options = options_of(32, 5, knobs), single = render_options(64, 32);
+        single.method = "single";
+        options.samples = 64;
+        render_case(&ours, scene, &options, 2);
+        render_case(&truth, scene, &single, 2);
+        double a = render_mean(&ours, "R"), b = render_mean(&truth, "R"),
+               error = hypot(render_error(&ours, "R"), render_error(&truth, "R"));
+        printf("    from %s: %.6g +- %.2g, single %.6g\n", eyes[e], a, error, b);
+        /* 1%: orders above the first, of optical depth 0.01 */
+        ck_assert_double_lt(fabs(a - b), 4.0 * error + 0.01 * b);
+        ck_assert_double_lt(error, 0.01 * b);
+        render_free(&truth);
+        render_free(&ours);
     }
 }
 END_TEST
@@ -485,6 +476,8 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, without_a_medium_the_sky_is_seen);
     tcase_add_test(cases, what_the_method_cannot_do_is_refused_by_name);
     tcase_add_test(cases, the_plan_names_the_memory_of_the_run);
+    tcase_add_test(cases, a_deposit_that_does_not_fit_fails_the_run);
+    tcase_add_test(cases, a_thin_cloud_is_as_bright_as_single_scattering_from_every_side);
     tcase_add_test(cases, memory_that_is_refused_anywhere_leaves_nothing_behind);
 }
 

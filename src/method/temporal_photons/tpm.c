@@ -198,18 +198,6 @@ static NphStatus add_tile(NphTpmState *state, int64_t tile) {
     return NPH_OK;
 }
 
-/* A value that 64 bits do not hold, or that is no number, was left out: nothing of it stays in the cache, and the run fails. */
-static NphStatus check_ledger(NphTpmState *state) {
-    NphTpmLedger sum;
-    nph_tpm_cache_ledger(&state->cache, &sum);
-    if (sum.nonfinite)
-        return nph_error(state->job.context, NPH_BAD_NUMBER, "temporal_photons: %lld deposits are not finite", (long long)sum.nonfinite);
-    if (sum.overflow)
-        return nph_error(state->job.context, NPH_BAD_NUMBER, "temporal_photons: %lld deposits do not fit 64-bit fixed point of %d bits below the unit",
-                         (long long)sum.overflow, state->choice.scale);
-    return NPH_OK;
-}
-
 /* Sixteen frames; all tiles get them, or none when a request to stop comes in between. */
 static NphStatus run_chunk(NphTpmState *state, int64_t done, int64_t total) {
     int64_t tiles = nph_film_tile_count(state->film);
@@ -218,7 +206,6 @@ static NphStatus run_chunk(NphTpmState *state, int64_t done, int64_t total) {
         double ready = (double)(done + state->slot + 1), elapsed = nph_seconds() - state->started;
         nph_progress(state->job.context, "rendering", ready, (double)total, elapsed * ((double)total - ready) / ready);
     }
-    NPH_TRY(check_ledger(state));
     for (int64_t tile = 0; tile < tiles; tile++) NPH_TRY(add_tile(state, tile));
     nph_film_end_chunk(state->film, state->chunk);
     return NPH_OK;

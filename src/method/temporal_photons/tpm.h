@@ -5,7 +5,7 @@
  *   0 clear      I of no generation
  *   1 trace      photons of one generation deposit their flux in a coarse grid; every block has its own in shared memory and
  *                adds it to the generation's partial cache H, in 64-bit fixed point
- *   2 update     I = I - H_old + H_new over the last m generations, a circular buffer; sums of integers, so nothing drifts
+ *   2 update     I = I + H_new, one generation after another; sums of integers, so nothing drifts
  *   3 resolve    fluence, mean cosine and penetration depth of every cell, from the sums
  *   4 upsample   to the resolution of the density: J
  *   5 march      through density and J, at half resolution

@@ -75,6 +75,39 @@ static NphStatus trace_block(void *opaque, int64_t number, int worker) {
     return NPH_OK;
 }
 
+void nph_tpm_cache_ledger(const NphTpmCache *cache, NphTpmLedger *sum) {
+    memset(sum, 0, sizeof *sum);
+    for (int w = 0; w < nph_context_threads(cache->context); w++) {
+        const NphTpmLedger *l = &cache->ledgers[w];
+        sum->emitted += l->emitted;
+        sum->escaped += l->escaped;
+        sum->absorbed += l->absorbed;
+        sum->stopped += l->stopped;
+        sum->begun += l->begun;
+        sum->collided += l->collided;
+        sum->past += l->past;
+        sum->cut += l->cut;
+        sum->photons += l->photons;
+        sum->beams += l->beams;
+        sum->deposits += l->deposits;
+        sum->overflow += l->overflow;
+        sum->nonfinite += l->nonfinite;
+    }
+}
+
+/* A value that 64 bits do not hold, or that is no number, was left out: nothing of it stays in the cache, and the run fails. */
+static NphStatus check_ledger(const NphTpmCache *cache) {
+    NphTpmLedger sum;
+    nph_tpm_cache_ledger(cache, &sum);
+    if (sum.nonfinite)
+        return nph_error(cache->context, NPH_BAD_NUMBER, "temporal_photons: %lld deposits are not finite", (long long)sum.nonfinite);
+    if (sum.overflow)
+        return nph_error(cache->context, NPH_BAD_NUMBER,
+                         "temporal_photons: %lld deposits do not fit 64-bit fixed point of %d bits below the unit", (long long)sum.overflow,
+                         cache->choice.scale);
+    return NPH_OK;
+}
+
 /* The workers' parts of H are whole numbers: their order is nobody's business. */
 static NphStatus trace(NphTpmCache *cache) {
     int threads = nph_context_threads(cache->context);
@@ -84,7 +117,7 @@ static NphStatus trace(NphTpmCache *cache) {
         NPH_TRY(nph_pool_run(cache->context, cache->blocks[0] + cache->blocks[1], trace_block, cache, NULL));
     for (int w = 0; w < threads; w++)
         for (int64_t i = 0; i < cache->values; i++) cache->partial[i] += cache->added[cache->values * w + i];
-    return NPH_OK;
+    return check_ledger(cache);
 }
 
 /* I + H_new. Of a frame by itself nothing grows old: it is the sum of its generations. */
@@ -130,24 +163,4 @@ NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
     }
     NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_RESOLVE));
     return nph_tpm_cache_step(cache, NPH_TPM_UPSAMPLE);
-}
-
-void nph_tpm_cache_ledger(const NphTpmCache *cache, NphTpmLedger *sum) {
-    memset(sum, 0, sizeof *sum);
-    for (int w = 0; w < nph_context_threads(cache->context); w++) {
-        const NphTpmLedger *l = &cache->ledgers[w];
-        sum->emitted += l->emitted;
-        sum->escaped += l->escaped;
-        sum->absorbed += l->absorbed;
-        sum->stopped += l->stopped;
-        sum->begun += l->begun;
-        sum->collided += l->collided;
-        sum->past += l->past;
-        sum->cut += l->cut;
-        sum->photons += l->photons;
-        sum->beams += l->beams;
-        sum->deposits += l->deposits;
-        sum->overflow += l->overflow;
-        sum->nonfinite += l->nonfinite;
-    }
 }
