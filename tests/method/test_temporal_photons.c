@@ -8,6 +8,7 @@
 
 #include "../render_case.h"
 #include "core/memory.h"
+#include "field/sample.h"
 #include "harness.h"
 #include "method/job.h"
 #include "method/temporal_photons/tpm_cache.h"
@@ -462,6 +463,117 @@ START_TEST(a_thin_cloud_is_as_bright_as_single_scattering_from_every_side) {
 }
 END_TEST
 
+/* A dark box straight ahead is as far from the left as from the right, and from the top as from the bottom. */
+START_TEST(half_the_resolution_shifts_nothing) {
+    const char *knobs[] = {"tpm.half=1"};
+    RenderCase render;
+    NphRenderOptions options = options_of(32, 1, knobs);
+    double sides[4] = {0.0};
+    options.samples = 256;
+    render_case(&render, SCENE("resolution: [16, 16], position: [0.5, -3, 0.5], look_at: [0.5, 0.5, 0.5], fov: 40", CUBE("50", "0", "0"), WHITE),
+                &options, 2);
+    const float *pixels = nph_image_channel(&render.image, "R")->pixels;
+    for (int i = 0; i < 256; i++) {
+        sides[i % 16 < 8] += (double)pixels[i];
+        sides[2 + (i / 16 < 8)] += (double)pixels[i];
+    }
+    printf("    left and right %.4f %.4f, below and above %.4f %.4f\n", sides[1], sides[0], sides[2], sides[3]);
+    /* half a pixel would move 8 of them from side to side by as much as the box covers */
+    ck_assert_double_lt(fabs(sides[0] - sides[1]), 0.4);
+    ck_assert_double_lt(fabs(sides[2] - sides[3]), 0.4);
+    render_free(&render);
+}
+END_TEST
+
+static double density_at(const Cache *c, const double p[3]) {
+    const NphGrid *grid = &c->scene->media[0].grid;
+    const void *const at[3] = {&p[0], &p[1], &p[2]};
+    double density;
+    ck_assert_int_eq(nph_grid_sample(c->context, grid, 64, 1, at, &density), NPH_OK);
+    return density / (double)grid->max;
+}
+
+/* The formulas at the head of tpm_4_upsample_kernel.c, as they stand there. */
+static void upsampled(const Cache *c, const int at[3], int paper, double out[2]) {
+    const NphMedium *medium = &c->scene->media[0];
+    double sum = 0.0, fluence = 0.0, cosine = 0.0, bent = 0.0, size[3], p[3], q[3], own, radius = 1e30, g = medium->phase.g[0];
+    int middle[3], cell[3];
+    for (int a = 0; a < 3; a++) {
+        size[a] = (medium->grid.hi[a] - medium->grid.lo[a]) / c->choice.cells[a];
+        p[a] = medium->grid.lo[a] + (at[a] + 0.5) * (medium->grid.hi[a] - medium->grid.lo[a]) / c->choice.fine[a];
+        middle[a] = (int)((p[a] - medium->grid.lo[a]) / size[a]);
+        radius = fmin(radius, 1.5 / c->choice.cells[a]); /* the box is the unit cube */
+    }
+    own = density_at(c, p);
+    /* the depth at p: between the middles of eight cells */
+    double depth = 0.0;
+    for (int k = 0; k < 8; k++) {
+        double share = 1.0;
+        for (int a = 0; a < 3; a++) {
+            double u = fmin(fmax((p[a] - medium->grid.lo[a]) / size[a] - 0.5, 0.0), c->choice.cells[a] - 1.0), low = floor(u);
+            cell[a] = (int)fmin(low + (k >> a & 1), c->choice.cells[a] - 1.0);
+            share *= k >> a & 1 ? u - low : 1.0 - (u - low);
+        }
+        depth += share * value_of(c, c->cache.coarse, ((int64_t)cell[2] * c->choice.cells[1] + cell[1]) * c->choice.cells[0] + cell[0], NPH_TPM_I_DEPTH);
+    }
+    for (int k = 0; k < 27; k++) {
+        double squared = 0.0;
+        int outside = 0;
+        for (int a = 0, rest = k; a < 3; a++, rest /= 3) {
+            cell[a] = middle[a] + rest % 3 - 1;
+            outside |= cell[a] < 0 || cell[a] >= c->choice.cells[a];
+            q[a] = medium->grid.lo[a] + (cell[a] + 0.5) * size[a];
+            double off = (p[a] - q[a]) / (medium->grid.hi[a] - medium->grid.lo[a]);
+            squared += off * off;
+        }
+        if (outside) continue;
+        int64_t number = ((int64_t)cell[2] * c->choice.cells[1] + cell[1]) * c->choice.cells[0] + cell[0];
+        double other = density_at(c, q), d = sqrt(squared), sigma = medium->extinction_per_m[0] * (double)medium->grid.max * medium->albedo[0];
+        double tau = 0.5 * sigma * (paper ? own - other : own + other), x = tau * radius, weight = 0.0;
+        if (d < radius)
+            weight = fabs(x) < 1e-3 ? 2.0 * (radius - d) / (radius * radius)
+                                    : tau * (exp(-tau * d) - exp(-x)) / (1.0 - exp(-x)) / (1.0 - x * exp(-x) / (1.0 - exp(-x)));
+        weight *= fmax(1.0 - fabs(own - other), 0.0);
+        double delta = depth - value_of(c, c->cache.coarse, number, NPH_TPM_I_DEPTH);
+        double fall = paper ? pow(g, delta) : exp(-(1.0 - g) * delta);
+        sum += weight;
+        bent += weight * fall;
+        fluence += weight * value_of(c, c->cache.coarse, number, NPH_TPM_I_SUN);
+        cosine += weight * fall * value_of(c, c->cache.coarse, number, NPH_TPM_I_G);
+    }
+    out[0] = fluence / sum;
+    out[1] = fmin(fmax(cosine / (paper ? bent : sum), -1.0), 1.0);
+}
+
+START_TEST(upsampled_cells_are_what_the_formulas_say) {
+    for (int paper = 0; paper < 2; paper++) {
+        Cache c;
+        int compared = 0;
+        cache_open(&c, SCENE(CAMERA, "density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.05, albedo: 0.9, phase: {type: hg, g: 0.5}", SUN),
+                   64, 2, paper ? "tpm.photons=20000 tpm.generations=1 tpm.cells=216 tpm.variant=1" : "tpm.photons=20000 tpm.generations=1 tpm.cells=216");
+        ck_assert_int_eq(nph_tpm_cache_make(&c.cache, 0), NPH_OK);
+        for (int i = 0; i < 400; i++) {
+            int at[3] = {(i * 7 + 3) % 48, (i * 11 + 5) % 48, (i * 13 + 1) % 48};
+            double p[3], want[2], got[2];
+            int64_t cell = ((int64_t)at[2] * c.choice.fine[1] + at[1]) * c.choice.fine[0] + at[0];
+            ck_assert_int_eq(c.choice.fine[0], 48);
+            for (int a = 0; a < 3; a++) p[a] = c.scene->media[0].grid.lo[a] + at[a] + 0.5;
+            if (!(density_at(&c, p) > 0.0)) continue;
+            upsampled(&c, at, paper, want);
+            got[0] = value_of(&c, c.cache.fine, cell, NPH_TPM_I_SUN);
+            got[1] = value_of(&c, c.cache.fine, cell, NPH_TPM_I_G);
+            for (int k = 0; k < 2; k++) /* in print tau can be next to 0, where the limit above is good to tau r */
+                ck_assert_msg(fabs(got[k] - want[k]) < 1e-3 * (paper ? 1.0 : 1e-3) * fmax(fabs(want[k]), 1e-3), "%d %d %d, %s, %d: %.12g is not %.12g",
+                              at[0], at[1], at[2], paper ? "paper" : "corrected", k, got[k], want[k]);
+            compared++;
+        }
+        printf("    %s: %d cells\n", paper ? "paper" : "corrected", compared);
+        ck_assert_int_gt(compared, 100);
+        cache_close(&c);
+    }
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, in_a_white_furnace_every_cell_has_four_pi);
     tcase_add_test(cases, a_sun_without_scattering_falls_by_beers_law_and_keeps_its_direction);
@@ -478,6 +590,8 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, the_plan_names_the_memory_of_the_run);
     tcase_add_test(cases, a_deposit_that_does_not_fit_fails_the_run);
     tcase_add_test(cases, a_thin_cloud_is_as_bright_as_single_scattering_from_every_side);
+    tcase_add_test(cases, half_the_resolution_shifts_nothing);
+    tcase_add_test(cases, upsampled_cells_are_what_the_formulas_say);
     tcase_add_test(cases, memory_that_is_refused_anywhere_leaves_nothing_behind);
 }
 
