@@ -2,6 +2,7 @@
  *
  * The command line itself: exit statuses, help, "did you mean", the man page. */
 #include "cli/program.h"
+#include "method/registry.h"
 
 /* The last two are nephos-altered's, which a build need not have (-Dbugs=false). */
 static const char *const commands[] = {"render", "plan",   "info",  "compare",  "merge",
@@ -161,12 +162,25 @@ START_TEST(the_man_page_names_every_command_and_option) {
 }
 END_TEST
 
+START_TEST(help_and_man_page_name_every_method) {
+    static char page[PROGRAM_OUTPUT], names[PROGRAM_OUTPUT];
+    program_read(nph_test_path("man/nephos.1"), page);
+    snprintf(names, sizeof names, "%s", RUN("render", "--help")->out);
+    for (int m = 0; m < nph_method_count(); m++) {
+        const char *name = nph_method(m)->name;
+        ck_assert_msg(strstr(names, name) != NULL, "render --help lacks the method %s", name);
+        ck_assert_msg(strstr(page, name) != NULL, "the man page lacks the method %s", name);
+    }
+}
+END_TEST
+
 static void fill(TCase *cases) {
     tcase_add_test(cases, the_version_names_vector_level_and_libraries);
     tcase_add_test(cases, help_lists_every_command_and_each_explains_itself_with_examples);
     tcase_add_test(cases, every_mistake_on_the_command_line_is_named_and_exits_with_2);
     tcase_add_test(cases, an_unknown_vector_level_is_refused);
     tcase_add_test(cases, the_man_page_names_every_command_and_option);
+    tcase_add_test(cases, help_and_man_page_name_every_method);
 }
 
 int main(void) { return nph_test_main("cli_usage", fill); }

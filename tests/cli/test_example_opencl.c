@@ -65,16 +65,34 @@ static int can_run(void) {
     return 0;
 }
 
-static void verify(NphContext *context, double ulp, NphVerification *result) {
+/* With tolerances measured on the reference's own launches, as the command line would; NULL: to the bit. */
+static void verify(NphContext *context, const NphTolerances *tolerances, NphVerification *result) {
     NphScene *loaded = NULL;
     NphVerifyOptions options;
     nph_verify_options_default(&options);
     ck_assert_int_eq(nph_scene_load(context, scene, &loaded), NPH_OK);
     options.scene = loaded;
-    options.ulp = ulp;
+    options.tolerances = tolerances;
     NphStatus status = nph_verify(context, reference, mine, &options, result);
     ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
     nph_scene_free(context, loaded);
+}
+
+static void measure_tolerances(NphContext *context, NphTolerances *tolerances) {
+    RUN_EXPECT(0, "tolerance", reference, "--scene", scene, "-q", "-o", file_of("tolerances.json"));
+    ck_assert_int_eq(nph_tolerances_read(context, file_of("tolerances.json"), tolerances), NPH_OK);
+}
+
+/* Nor by what it makes itself of the reference's inputs. */
+static void expect_none_beyond_measured_tolerances(NphContext *context) {
+    NphTolerances tolerances;
+    NphVerification result;
+    measure_tolerances(context, &tolerances);
+    verify(context, &tolerances, &result);
+    ck_assert_int_eq(result.failed, 0);
+    for (int r = 0; r < result.row_count; r++) ck_assert_int_ne(result.rows[r].tolerance.cause[0], '\0');
+    nph_verification_free(context, &result);
+    nph_tolerances_free(context, &tolerances);
 }
 
 static const NphVerifyRow *row_of(const NphVerification *result, const char *buffer) {
@@ -89,7 +107,7 @@ START_TEST(the_opencl_client_is_the_reference_to_the_bit) {
     NphVerification result;
     if (can_run()) make_dump(&scenes[_i]);
     if (can_run() && run_port(NULL)) {
-        verify(context, 0.0, &result);
+        verify(context, NULL, &result);
         int stages = 1;
         for (int r = 0; r < result.row_count; r++) {
             const NphVerifyRow *row = &result.rows[r];
@@ -101,6 +119,7 @@ START_TEST(the_opencl_client_is_the_reference_to_the_bit) {
         ck_assert_int_eq(result.run_again, result.launches);
         ck_assert_int_gt(row_of(&result, "path.colliding")->cells, 50);
         nph_verification_free(context, &result);
+        if (has_altered()) expect_none_beyond_measured_tolerances(context);
     }
     remove_dumps();
     nph_test_context_close(context);
@@ -167,10 +186,13 @@ START_TEST(each_mistake_of_the_opencl_client_is_located) {
         {"half", "path.track", "path.distance", 0, 1, expect_half},
     };
     NphContext *context = nph_test_context(2);
+    NphTolerances tolerances;
     NphVerification result;
-    if (can_run()) make_dump(&scenes[SMOKE]);
-    if (can_run() && run_port(mistakes[_i].plant)) {
-        verify(context, 64.0, &result);
+    int can = can_run() && has_altered();
+    if (can) make_dump(&scenes[SMOKE]);
+    if (can && run_port(mistakes[_i].plant)) {
+        measure_tolerances(context, &tolerances);
+        verify(context, &tolerances, &result);
         ck_assert_int_eq(result.failed, 1);
         ck_assert_str_eq(result.rows[result.first].stage, mistakes[_i].stage);
         ck_assert_str_eq(result.rows[result.first].buffer, mistakes[_i].buffer);
@@ -178,6 +200,7 @@ START_TEST(each_mistake_of_the_opencl_client_is_located) {
         ck_assert_int_eq(result.first_number, mistakes[_i].number);
         mistakes[_i].expect(context, &result);
         nph_verification_free(context, &result);
+        nph_tolerances_free(context, &tolerances);
     }
     remove_dumps();
     nph_test_context_close(context);
