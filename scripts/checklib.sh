@@ -49,13 +49,14 @@ build_tree() {
     ninja -C "$dir" >"$dir.log" 2>&1 || { grep -vE '^(\[[0-9]+/|ninja: Entering)' "$dir.log" | tail -n 60; return 1; }
 }
 
-# run_tests LABEL DIR [TIMEOUT_MULTIPLIER]: every test program, its cases counted one by one.
+# run_tests LABEL DIR [TIMEOUT_MULTIPLIER [SUITE...]]: every test program, or those of the suites, its cases counted one by one.
 run_tests() {
-    local label=$1 dir=$work/$2
+    local label=$1 dir=$work/$2 multiplier=${3:-1} suites=()
+    for suite in "${@:4}"; do suites+=(--suite "$suite"); done
     echo "== tests, $label"
     rm -rf "$dir/cases" "$dir/meson-logs/testlog.json"
     mkdir -p "$dir/cases"
-    NEPHOS_TEST_LOGS=$PWD/$dir/cases meson test -C "$dir" --no-rebuild --timeout-multiplier "${3:-1}" \
+    NEPHOS_TEST_LOGS=$PWD/$dir/cases meson test -C "$dir" --no-rebuild --timeout-multiplier "$multiplier" "${suites[@]}" \
         >"$dir.test.log" 2>&1 </dev/null
     scripts/test_report "$label" "$dir" "$dir/cases" "$results" ||
         { [ -f "$dir/meson-logs/testlog.json" ] || { record failed 0 "$label tests did not start"; cat "$dir.test.log"; }; }

@@ -26,6 +26,7 @@ typedef struct NphRenderOptions {
     uint32_t frame;
     int lock_noise;            /* leaves the frame out of the random numbers */
     int plan_full;             /* leave nothing out */
+    int sequence;              /* of a plan: frame after frame, nph_sequence_render; methods then keep what the next one needs */
     int knob_count;
     const char *const *knobs;  /* "path.roulette=0.1" */
 } NphRenderOptions;
@@ -60,6 +61,15 @@ typedef struct NphRenderStatistics {
  * NPH_BAD_NUMBER (for inspection); else it is untouched on failure. statistics may be NULL. */
 NphStatus nph_render(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphFilm **film,
                      NphRenderStatistics *statistics);
+
+/* Frames one after another: each the same bytes as nph_render of the scene at that frame, in less time where a method has memory
+ * over time. Frames may be taken in any order; from one to the next but few the method goes on. options is copied, its texts are
+ * not; its frame does not count. Keeps a reference to `scene`. */
+typedef struct NphSequence NphSequence;
+NphStatus nph_sequence_open(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphSequence **sequence);
+/* As nph_render. After a failure the next frame begins anew. */
+NphStatus nph_sequence_render(NphSequence *sequence, uint32_t frame, NphFilm **film, NphRenderStatistics *statistics);
+void nph_sequence_close(NphSequence *sequence);
 
 /* What a run would do. Text lines owned by the plan. */
 typedef struct NphPlanLine {

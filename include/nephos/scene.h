@@ -22,6 +22,11 @@ NphStatus nph_scene_load(NphContext *context, const char *path, NphScene **scene
 NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, const char *name, const char *folder,
                           NphScene **scene);
 
+/* The scene as of a frame. */
+NphStatus nph_scene_load_frame(NphContext *context, const char *path, uint32_t frame, NphScene **scene);
+NphStatus nph_scene_at_frame(NphContext *context, const NphScene *scene, uint32_t frame, NphScene **other);
+int nph_scene_is_animated(const NphScene *scene);
+
 void nph_scene_free(NphContext *context, NphScene *scene);
 
 #ifdef __cplusplus

@@ -10,7 +10,7 @@
 
 static const Command *const commands[] = {&command_render,  &command_plan,  &command_info,
                                           &command_compare, &command_merge, &command_bench,
-                                          &command_verify,  &command_stage,
+                                          &command_verify,  &command_stage, &command_batch,
 #ifdef NPH_HAVE_ALTERED
                                           &command_diagnose, &command_tolerance
 #endif

@@ -69,6 +69,9 @@ static NphStatus set_knob(NphContext *context, const NphMethod *method, const ch
                      known);
 }
 
+/* With the same random numbers for all frames, or samples of which nobody knows how many there will be, each frame is for itself. */
+static int keeps_frames(const NphRenderOptions *o) { return !o->lock_noise && !(o->target_error > 0.0) && !(o->time_budget_s > 0.0); }
+
 NphStatus nph_job_make(NphContext *context, const NphScene *scene, const NphRenderOptions *o, const NphMethod **method,
                        NphJob *job) {
     NphJob made = {.context = context, .scene = scene, .precision = o->precision, .plan_full = o->plan_full};
@@ -86,6 +89,7 @@ NphStatus nph_job_make(NphContext *context, const NphScene *scene, const NphRend
     NPH_TRY(check_crop(context, scene, o, &made));
     made.seed = o->seed_given ? o->seed : scene->default_seed;
     made.frame = o->lock_noise ? 0 : o->frame;
+    made.sequence = o->sequence && keeps_frames(o);
     for (int k = 0; k < found->knob_count; k++) made.knobs[k] = found->knobs[k].value;
     for (int k = 0; k < o->knob_count; k++) NPH_TRY(set_knob(context, found, o->knobs[k], &made));
     *method = found;

@@ -14,6 +14,10 @@ NphStatus nph_job_make(NphContext *context, const NphScene *scene, const NphRend
 NphStatus nph_render_tapped(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const NphTap *tap,
                             NphFilm **film, NphRenderStatistics *statistics);
 
+/* The same, with what the method keeps over frames (NphJob.carry), or NULL. */
+NphStatus nph_render_carried(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const NphTap *tap, void **carry,
+                             NphFilm **film, NphRenderStatistics *statistics);
+
 /* Texts that name the job in files: digest, seed, method, knobs, precision, frame, version. */
 NphStatus nph_job_describe(const NphJob *job, const NphMethod *method, NphFilm *film);
 

@@ -126,17 +126,23 @@ static NphStatus render_job(const NphMethod *method, const NphJob *job, const Np
 
 NphStatus nph_render(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphFilm **film,
                      NphRenderStatistics *statistics) {
-    return nph_render_tapped(context, scene, options, NULL, film, statistics);
+    return nph_render_carried(context, scene, options, NULL, NULL, film, statistics);
 }
 
 NphStatus nph_render_tapped(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const NphTap *tap,
                             NphFilm **film, NphRenderStatistics *statistics) {
+    return nph_render_carried(context, scene, options, tap, NULL, film, statistics);
+}
+
+NphStatus nph_render_carried(NphContext *context, const NphScene *scene, const NphRenderOptions *options, const NphTap *tap, void **carry,
+                             NphFilm **film, NphRenderStatistics *statistics) {
     const NphMethod *method = NULL;
     NphJob job;
     NphRenderStatistics counted;
     memset(&counted, 0, sizeof counted);
     NPH_TRY(nph_job_make(context, scene, options, &method, &job));
     job.tap = tap;
+    job.carry = job.sequence ? carry : NULL;
     NPH_TRY(check_memory(method, &job));
     NphFilm *made = NULL;
     NPH_TRY(nph_film_new(context, scene->sensor.width, scene->sensor.height, job.crop, method->channels(&job),

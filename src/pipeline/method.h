@@ -23,6 +23,8 @@ typedef struct NphJob {
     int64_t sample_begin, sample_end;
     double knobs[NPH_MAX_KNOBS]; /* in the order of the method's table */
     const NphTap *tap;           /* NULL: nobody looks */
+    int sequence;                /* frames come one after another: */
+    void **carry;                /* what the method keeps for the next one, at first NULL; NULL: nothing is kept */
 } NphJob;
 
 /* Takes numbers that a port needs beside the buffers; medium: of the scene, or -1. */
@@ -48,6 +50,8 @@ typedef struct NphMethod {
     /* Fills counts of events, and stages. */
     void (*statistics)(const void *state, NphRenderStatistics *statistics);
     void (*close)(void *state);
+    /* Frees what was kept in *NphJob.carry. NULL: the method has no memory over time. */
+    void (*drop)(NphContext *context, void *carry);
     NphStatus (*replay)(const NphJob *job, int x, int y, int64_t sample, NphLineFn line, void *user);
     /* Stages alone, in a worker's memory. NULL, and no arguments: the method cannot be looked into. To run one: begin_launch,
      * then for every buffer that it reads, in the order of the table, extend and view, and the input is copied; then check, launch,

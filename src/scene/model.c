@@ -117,3 +117,18 @@ void nph_scene_channels(const NphScene *scene, int group, const double rgb[3], c
                                               : rgb[c];
     }
 }
+
+int nph_scene_is_animated(const NphScene *scene) {
+    (void)scene;
+    return 0;
+}
+
+NphStatus nph_scene_at_frame(NphContext *context, const NphScene *scene, uint32_t frame, NphScene **other) {
+    (void)context, (void)scene, (void)frame, (void)other;
+    return NPH_BAD_USAGE;
+}
+
+NphStatus nph_scene_load_frame(NphContext *context, const char *path, uint32_t frame, NphScene **scene) {
+    (void)frame;
+    return nph_scene_load(context, path, scene);
+}

@@ -90,6 +90,7 @@ struct NphScene {
                                            an entry a wavelength, and their RGB is the spectra's thirds */
     double wavelengths_nm[NPH_MAX_WAVELENGTHS]; /* rising */
     NphBvh bvh;                         /* of all meshes, in the order of surfaces, about nph_scene_origin; no nodes: none */
+    uint32_t frame;                     /* at which animated keys were read */
     int64_t default_spp;                /* render: section; overridden by the command line */
     uint32_t default_seed;
     uint8_t digest[16];                 /* XXH128 (canonical) of sensor, period, media, lights, surfaces with the contents of their

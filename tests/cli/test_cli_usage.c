@@ -6,7 +6,7 @@
 
 /* The last two are nephos-altered's, which a build need not have (-Dbugs=false). */
 static const char *const commands[] = {"render", "plan",   "info",  "compare",  "merge",
-                                       "bench",  "verify", "stage", "diagnose", "tolerance"};
+                                       "bench",  "verify", "stage", "batch", "diagnose", "tolerance"};
 enum { COMMANDS = sizeof commands / sizeof *commands, ALTERED = 2 };
 
 /* How many of them this build runs. */

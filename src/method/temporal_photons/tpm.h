@@ -9,10 +9,10 @@
  *   3 resolve    fluence, mean cosine and penetration depth of every cell, from the sums
  *   4 upsample   to the resolution of the density: J
  *   5 march      through density and J, at half resolution
- *   6 enlarge    to the pixels of the sensor
+ *   6 enlarge    to the pixels of the sensor; from an earlier frame's picture where that one still does (impostors)
  *   7 accumulate into the film's tree
- * Frame f is made of generations f - m + 1 ... f, each a function of its number alone: any frame has the same bytes alone and
- * within a sequence. */
+ * Frame f is made of generations f - m + 1 ... f, each a function of its number and of the scene at that frame: any frame has the
+ * same bytes alone and within a sequence, which keeps the partial caches and takes the oldest out of I again. */
 #ifndef NPH_METHOD_TPM_H
 #define NPH_METHOD_TPM_H
 
@@ -21,6 +21,9 @@
 extern const NphMethod nph_temporal_photons;
 extern const NphStage nph_tpm_stages[];
 extern const NphBuffer nph_tpm_buffers[];
+
+enum { NPH_RNG_TPM_EMIT = 48, NPH_RNG_TPM_FLY = 49, NPH_RNG_TPM_SCATTER = 50, NPH_RNG_TPM_NOISE = 51, NPH_RNG_TPM_PIXEL = 52,
+       NPH_RNG_TPM_VARY = 53 };
 
 /* Photons of a block, and what it keeps of a cell in shared memory: flux of three channels, flux times cosine, flux times
  * order; in print cosine and order unweighted, and their number. 48 KB hold 2400 cells of five 32-bit values (the sixth, which
@@ -58,6 +61,7 @@ typedef enum NphTpmStage {
 
 typedef enum NphTpmBuffer {
     NPH_TPM_B_PARTIAL,
+    NPH_TPM_B_OLD,
     NPH_TPM_B_SUM,
     NPH_TPM_B_COARSE,
     NPH_TPM_B_FINE,
@@ -75,6 +79,8 @@ enum {
     NPH_TPM_KNOB_PHOTONS,
     NPH_TPM_KNOB_GENERATIONS,
     NPH_TPM_KNOB_PRIMED,
+    NPH_TPM_KNOB_REFERENCE,
+    NPH_TPM_KNOB_VARY,
     NPH_TPM_KNOB_CELLS,
     NPH_TPM_KNOB_CELLS_X,
     NPH_TPM_KNOB_CELLS_Y,
@@ -91,6 +97,11 @@ enum {
     NPH_TPM_KNOB_NOISE,
     NPH_TPM_KNOB_OCTAVES,
     NPH_TPM_KNOB_HALF,
+    NPH_TPM_KNOB_IMPOSTORS,
+    NPH_TPM_KNOB_ANGLE,
+    NPH_TPM_KNOB_DISTANCE,
+    NPH_TPM_KNOB_LIGHT,
+    NPH_TPM_KNOB_SHAPE,
     NPH_TPM_KNOBS
 };
 
@@ -105,14 +116,33 @@ typedef struct NphTpmChoice {
     int dominant;                  /* light whose photons are the sun's, or -1 */
     int similarity;                /* photons may turn isotropic */
     int generations, first;        /* of a frame; the first that there is may be later than f - m + 1 */
-    int64_t photons[NPH_TPM_KINDS]; /* of a generation */
+    double power[NPH_TPM_KINDS];   /* of the lights of a kind, to weigh them */
+    int64_t photons[NPH_TPM_KINDS]; /* of a generation of this scene, where nothing varies them */
+    int animated;                  /* generations see scenes of their own */
     int32_t cells[3], fine[3];     /* of I and of J */
     int shared;                    /* blocks have a grid of their own */
     int scale;                     /* a unit of fixed point is 2^-scale of the unit of flux */
 } NphTpmChoice;
 
-NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice);
+/* For the job's frame; cells, fixed point and photons are those of the reference frame. reference: the choice of that one, or NULL
+ * where nobody asks. */
+NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice, NphTpmChoice *reference);
+/* For a scene of another frame. */
+NphStatus nph_tpm_choose_like(const NphJob *job, const NphTpmChoice *reference, NphTpmChoice *choice);
+/* The scene of the reference frame where it is not the job's own, else NULL; freed by the caller. */
+NphStatus nph_tpm_reference(const NphJob *job, NphScene **scene);
+
+/* The photons of one generation. All carry as much as those of the reference frame, n to a generation that shines as brightly: their
+ * flux is multiplied by `relative`, and the generation counts as `share` of n. */
+typedef struct NphTpmGeneration {
+    int64_t photons[NPH_TPM_KINDS];
+    double relative[NPH_TPM_KINDS], share[NPH_TPM_KINDS];
+} NphTpmGeneration;
+void nph_tpm_generation(const NphTpmChoice *reference, const NphTpmChoice *of, double vary, int64_t number, NphTpmGeneration *out);
+
 NphStatus nph_tpm_plan(const NphJob *job, NphPlan *plan);
+/* Some generation may have any. */
+static inline int nph_tpm_has_photons(const NphTpmChoice *choice) { return choice->traced || choice->animated; }
 static inline int64_t nph_tpm_cells(const int32_t n[3]) { return (int64_t)n[0] * n[1] * n[2]; }
 
 /* The energy of photons in units of fixed point, each entry added up on its own. Of the walk: emitted = escaped + absorbed +
@@ -132,6 +162,7 @@ typedef struct NphTpmBlock {
     int kind;
     int64_t first;
     int count;
+    double relative; /* NphTpmGeneration */
     int64_t *partial;
     void *scratch;
     NphTpmLedger *ledger;
@@ -143,22 +174,24 @@ typedef struct NphTpmKernels {
     size_t (*scene_bytes)(int noise);
     size_t (*trace_bytes)(int64_t cells, int shared);
     void (*prepare)(const NphJob *job, const NphTpmChoice *choice, void *scene);
+    /* A scene whose deposits and cells are in the units of another one's. */
+    void (*adopt)(void *scene, const void *reference);
     void (*trace)(const void *scene, const NphTpmBlock *block);
-    /* sums [kind][cell][NPH_TPM_VALUES] of photons[kind] photons -> coarse [cell][NPH_TPM_FIELDS] */
-    void (*resolve)(const void *scene, const int64_t *sums, const int64_t photons[NPH_TPM_KINDS], void *coarse);
+    /* sums [kind][cell][NPH_TPM_VALUES] of photons[kind] photons, the sum of shares -> coarse [cell][NPH_TPM_FIELDS] */
+    void (*resolve)(const void *scene, const int64_t *sums, const double photons[NPH_TPM_KINDS], void *coarse);
     /* What lies in the coarse cells [first, end) of J: fine [cell][NPH_TPM_FIELDS] */
     void (*upsample)(const void *scene, const void *coarse, int64_t first, int64_t end, void *fine);
     /* Rows [first, end) of the small picture [pixel][NPH_SAMPLE_FIELDS]; steps: how many there were. */
     void (*march)(const void *scene, const void *fine, uint32_t sample, int first, int end, void *picture, int64_t *steps);
     void (*replay)(const void *scene, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
-    /* Rows [first, end) of a crop's image [field][pixel] */
-    void (*enlarge)(const void *scene, const void *picture, const int crop[4], int first, int end, void *image);
+    /* Rows [first, end) of a crop's image [field][pixel]; view: the scene of the frame, which may show the picture of an earlier one's */
+    void (*enlarge)(const void *scene, const void *view, const void *picture, const int crop[4], int first, int end, void *image);
     void (*facts)(const void *scene, const NphTpmChoice *choice, NphFactFn fact, void *user);
 } NphTpmKernels;
 void nph_tpm_kernels(int precision, NphIsa isa, NphTpmKernels *kernels);
 
 /* What is marched for a crop: pixels [origin, origin + size) of the small picture, or of the sensor's. Pixels of the small picture
- * cover two by two of the whole image, whatever the crop, and a border of one more is there to interpolate. */
+ * cover two by two of the whole image, whatever the crop, and a border of one more is there to interpolate. Impostors are whole. */
 void nph_tpm_small(const NphJob *job, int origin[2], int size[2]);
 
 #endif

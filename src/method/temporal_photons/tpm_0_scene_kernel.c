@@ -6,7 +6,7 @@
  * fluence there: w is what is left of the beam, deposits are its flux in units of `unit`, and after the switch to isotropic
  * scattering they are s_T / s_T' times as large. With N photons in the buffer the fluence is
  *   sum unit / (N s_T V).
- * What photons stand for is their own: with other numbers of them in each generation the mean is the same. */
+ * Photons of all generations carry as much, however many there are: N is then the number that would carry each generation's light. */
 #include <string.h>
 
 #include "method/temporal_photons/tpm_state.h"
@@ -15,7 +15,8 @@
 
 size_t NPH_KERNEL(nph_tpm_scene_bytes)(int noise);
 void NPH_KERNEL(nph_tpm_prepare)(const NphJob *job, const NphTpmChoice *choice, void *memory);
-void NPH_KERNEL(nph_tpm_resolve)(const void *memory, const int64_t *sums, const int64_t photons[NPH_TPM_KINDS], void *coarse);
+void NPH_KERNEL(nph_tpm_adopt)(void *memory, const void *reference);
+void NPH_KERNEL(nph_tpm_resolve)(const void *memory, const int64_t *sums, const double photons[NPH_TPM_KINDS], void *coarse);
 void NPH_KERNEL(nph_tpm_facts)(const void *memory, const NphTpmChoice *choice, NphFactFn fact, void *user);
 
 enum { FIELD = R_TPM_NOISE * R_TPM_NOISE * R_TPM_NOISE };
@@ -148,38 +149,53 @@ static void prepare_march(const NphJob *job, const double metres[3], RTpmScene *
 
 void NPH_KERNEL(nph_tpm_prepare)(const NphJob *job, const NphTpmChoice *choice, void *memory) {
     RTpmScene *out = memory;
-    double metres[3], volume;
+    double metres[3], volume, lo[3], hi[3];
     memset(out, 0, sizeof *out);
     r_prepare_scene(job->scene, &choice->transport, job->seed, job->frame, &out->local);
     out->traced = choice->traced;
     out->paper = job->knobs[NPH_TPM_KNOB_VARIANT] > 0.5;
     out->shared = choice->shared;
     out->half = job->knobs[NPH_TPM_KNOB_HALF] > 0.5;
+    out->impostor = job->knobs[NPH_TPM_KNOB_IMPOSTORS] > 0.5;
     nph_tpm_small(job, out->small_origin, out->small);
     if (choice->medium < 0) return;
+    nph_medium_bounds(&job->scene->media[choice->medium], lo, hi);
+    for (int a = 0; a < 3; a++) out->centre[a] = 0.5 * (lo[a] + hi[a]);
     prepare_space(&job->scene->media[choice->medium], metres, &volume);
     prepare_medium(job, choice, out);
     prepare_grid(&out->medium, choice->cells, metres, &out->coarse);
     prepare_grid(&out->medium, choice->fine, metres, &out->fine);
     prepare_march(job, metres, out);
-    if (!choice->traced) return;
-    prepare_lights(job, choice, out);
-    for (int k = 0; k < NPH_TPM_KINDS; k++) out->photons[k] = choice->photons[k];
-    out->dominant = choice->dominant;
-    out->scale = nph_power_of_2((double)choice->scale);
-    out->threshold = (Real)job->knobs[NPH_TPM_KNOB_THRESHOLD];
     out->upsampling = (int)job->knobs[NPH_TPM_KNOB_UPSAMPLING];
     out->reach = (int)job->knobs[NPH_TPM_KNOB_NEIGHBOURHOOD];
     out->spread = (Real)job->knobs[NPH_TPM_KNOB_SPREAD];
     out->spread_density = (Real)job->knobs[NPH_TPM_KNOB_SPREAD_DENSITY];
+    if (!choice->traced) return;
+    prepare_lights(job, choice, out);
+    out->dominant = choice->dominant;
+    out->scale = nph_power_of_2((double)choice->scale);
+    out->threshold = (Real)job->knobs[NPH_TPM_KNOB_THRESHOLD];
     for (int a = 0; a < 3; a++)
         volume *= ((double)out->medium.hi[a] - (double)out->medium.lo[a]) / (double)choice->cells[a];
     out->fluence_per_unit = out->unit / out->scale / (double)out->majorant / volume;
 }
 
+/* Deposits are the fluence in units of unit / (s_T V) of the reference: where s_T V is another, they are multiplied by the ratio. */
+void NPH_KERNEL(nph_tpm_adopt)(void *memory, const void *reference) {
+    RTpmScene *scene = memory;
+    const RTpmScene *from = reference;
+    if (scene->traced && scene->fluence_per_unit > 0.0) {
+        double ratio = scene->fluence_per_unit / scene->unit * (from->unit / from->fluence_per_unit);
+        for (int k = 0; k < 2; k++) scene->gain[k] = (Real)((double)scene->gain[k] * ratio);
+    }
+    scene->unit = from->unit;
+    scene->scale = from->scale;
+    scene->fluence_per_unit = from->fluence_per_unit;
+}
+
 /* In print the sky's flux joins the sun's, and the mean cosine is divided by the number of the sun's photons. */
-static void resolve_cell(const RTpmScene *scene, const int64_t *sum, int kind, int64_t photons, Real *cell) {
-    double per = photons > 0 ? scene->fluence_per_unit / (double)photons : 0.0;
+static void resolve_cell(const RTpmScene *scene, const int64_t *sum, int kind, double photons, Real *cell) {
+    double per = photons > 0.0 ? scene->fluence_per_unit / photons : 0.0;
     double flux = 0.2126 * (double)sum[0] + 0.7152 * (double)sum[1] + 0.0722 * (double)sum[2];
     double weight = scene->paper ? (double)sum[NPH_TPM_COUNT] : flux;
     double cosine = weight > 0.0 ? (double)sum[NPH_TPM_COSINE] / weight : 0.0;
@@ -194,7 +210,7 @@ static void resolve_cell(const RTpmScene *scene, const int64_t *sum, int kind, i
     cell[kind == NPH_TPM_SKY ? NPH_TPM_I_SKY_DEPTH : NPH_TPM_I_DEPTH] = (Real)(weight > 0.0 ? (double)sum[NPH_TPM_ORDER] / weight : 0.0);
 }
 
-void NPH_KERNEL(nph_tpm_resolve)(const void *memory, const int64_t *sums, const int64_t photons[NPH_TPM_KINDS], void *coarse) {
+void NPH_KERNEL(nph_tpm_resolve)(const void *memory, const int64_t *sums, const double photons[NPH_TPM_KINDS], void *coarse) {
     const RTpmScene *scene = memory;
     int64_t cells = nph_tpm_cells(scene->coarse.n);
     for (int64_t i = 0; i < cells; i++) {

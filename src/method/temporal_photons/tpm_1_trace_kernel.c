@@ -124,7 +124,7 @@ static void emit(Tracer *t) {
             Real u = span.o[a] + start * span.d[a];
             l->u[a][i] = span.inside ? r_clamp(u, scene->medium.lo[a], scene->medium.hi[a]) : R_FAR;
             l->d[a][i] = entry.d[a];
-            l->flux[a][i] = (Real)((double)entry.flux[a] / scene->unit);
+            l->flux[a][i] = (Real)((double)entry.flux[a] / scene->unit * block->relative);
         }
         l->photon[i] = photon | (uint32_t)block->kind << 31;
         l->order[i] = 0;

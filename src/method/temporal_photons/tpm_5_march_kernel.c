@@ -8,6 +8,8 @@
  * one is kept (else its g' is not used). In print a step is as long as any other and the density is fetched at its middle; so it
  * is here, the last step of a ray ends with the box.
  *
+ * With impostors a picture holds the cloud alone, and may serve later frames: it then stands on a plane through the cloud's middle.
+ *
  * Detail: up to three octaves of vector noise move the places at which density and cache are looked up. */
 #include <stdio.h>
 
@@ -16,7 +18,7 @@
 void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sample, int first, int end, void *picture,
                                int64_t *steps);
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
-void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const int crop[4], int first, int end, void *image);
+void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *view, const void *picture, const int crop[4], int first, int end, void *image);
 
 typedef struct Sight {
     const RTpmScene *scene;
@@ -148,7 +150,7 @@ static void see(Sight *s, int x, int y, uint32_t sample, Real *out) {
         s->cosine[k] = -(s->ray.d[0] * towards[0] + s->ray.d[1] * towards[1] + s->ray.d[2] * towards[2]);
     }
     if (scene->local.medium_count > 0) through(s);
-    r_lights_at_infinity(&scene->local, s->ray.d, s->ray.pdf, radiance);
+    if (!scene->impostor) r_lights_at_infinity(&scene->local, s->ray.d, s->ray.pdf, radiance);
     for (int c = 0; c < 3; c++) {
         out[NPH_SAMPLE_L0 + c] = s->light[c] + s->T * radiance[c];
         out[NPH_SAMPLE_T0 + c] = s->T;
@@ -193,28 +195,81 @@ void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t s
     line(user, text);
 }
 
-void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *picture, const int crop[4], int first, int end, void *image) {
-    const RTpmScene *scene = memory;
+/* Between four pixels of the small picture, which is constant beyond its outermost. */
+static void blend(const RTpmScene *scene, const Real *picture, const Real at[2], Real out[NPH_SAMPLE_FIELDS]) {
+    int32_t low[2], high[2];
+    int64_t corner[4];
+    Real share[2];
+    for (int a = 0; a < 2; a++) {
+        Real u = r_clamp(at[a] - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
+        low[a] = (int32_t)u;
+        high[a] = low[a] + 1 < scene->small[a] ? low[a] + 1 : low[a];
+        share[a] = u - (Real)low[a];
+    }
+    for (int k = 0; k < 4; k++)
+        corner[k] = ((int64_t)(k >> 1 ? high[1] : low[1]) * scene->small[0] + (k & 1 ? high[0] : low[0])) * NPH_SAMPLE_FIELDS;
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
+        const Real *from = picture + f;
+        Real upper = from[corner[0]] + share[0] * (from[corner[1]] - from[corner[0]]);
+        Real lower = from[corner[2]] + share[0] * (from[corner[3]] - from[corner[2]]);
+        out[f] = upper + share[1] * (lower - upper);
+    }
+}
+
+static double product(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Through the middle of a pixel, of any length. */
+static void pixel_way(const NphSensor *sensor, int x, int y, double d[3]) {
+    double s = sensor->half_size[0] * (2.0 * ((double)x + 0.5) / (double)sensor->width - 1.0);
+    double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + 0.5) / (double)sensor->height);
+    for (int a = 0; a < 3; a++) d[a] = sensor->forward[a] + s * sensor->right[a] + t * sensor->up[a];
+}
+
+/* Where the view's ray meets the impostor, in pixels of the picture's sensor: that is a plane through the middle of the cloud, across
+ * the way on which it was seen. 0: nowhere. */
+static int meet(const RTpmScene *scene, const RTpmScene *view, const double d[3], double at[2]) {
+    const NphSensor *from = &scene->local.sensor, *to = &view->local.sensor;
+    double normal[3], away[3], hit[3];
+    for (int a = 0; a < 3; a++) {
+        normal[a] = scene->centre[a] - from->position[a];
+        away[a] = view->centre[a] - to->position[a];
+    }
+    double slope = product(d, normal), distance = product(away, normal) / slope;
+    if (!(slope > 0.0) || !(distance > 0.0)) return 0;
+    for (int a = 0; a < 3; a++) hit[a] = normal[a] + distance * d[a] - away[a]; /* from where the picture was taken */
+    double depth = product(hit, from->forward);
+    if (!(depth > 0.0)) return 0;
+    at[0] = 0.5 * (1.0 + product(hit, from->right) / (depth * from->half_size[0])) * (double)from->width;
+    at[1] = 0.5 * (1.0 - product(hit, from->up) / (depth * from->half_size[1])) * (double)from->height;
+    return at[0] > -1.0 && at[1] > -1.0 && at[0] < (double)from->width + 1.0 && at[1] < (double)from->height + 1.0;
+}
+
+/* The cloud's picture, this frame's or an earlier one's, before what is behind it now. */
+static void show_impostor(const RTpmScene *scene, const RTpmScene *view, const Real *picture, int x, int y, Real out[NPH_SAMPLE_FIELDS]) {
+    double way[3], place[2] = {(double)x + 0.5, (double)y + 0.5};
+    Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3], at[2];
+    pixel_way(&view->local.sensor, x, y, way);
+    double inverse = 1.0 / nph_sqrt(product(way, way));
+    for (int a = 0; a < 3; a++) d[a] = (Real)(way[a] * inverse);
+    int seen = scene == view || meet(scene, view, way, place);
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
+    for (int c = 0; c < 3; c++) out[NPH_SAMPLE_T0 + c] = R(1.0);
+    for (int a = 0; a < 2; a++) at[a] = (Real)((scene->half ? 0.5 * place[a] : place[a]) - 0.5);
+    if (seen) blend(scene, picture, at, out);
+    r_lights_at_infinity(&view->local, d, R(-1.0), radiance);
+    for (int c = 0; c < 3; c++) out[NPH_SAMPLE_L0 + c] += out[NPH_SAMPLE_T0 + c] * radiance[c];
+}
+
+void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *seen, const void *picture, const int crop[4], int first, int end, void *image) {
+    const RTpmScene *scene = memory, *view = seen;
     int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
     for (int row = first; row < end; row++)
         for (int column = 0; column < (int)width; column++) {
-            int64_t at[4];
-            Real share[2] = {R(0.0), R(0.0)};
-            int32_t low[2], high[2], place[2] = {crop[0] + column, crop[1] + row};
-            for (int a = 0; a < 2; a++) {
-                Real u = scene->half ? R(0.5) * ((Real)place[a] + R(0.5)) - R(0.5) : (Real)place[a];
-                u = r_clamp(u - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
-                low[a] = (int32_t)u;
-                high[a] = low[a] + 1 < scene->small[a] ? low[a] + 1 : low[a];
-                share[a] = u - (Real)low[a];
-            }
-            for (int k = 0; k < 4; k++)
-                at[k] = ((int64_t)(k >> 1 ? high[1] : low[1]) * scene->small[0] + (k & 1 ? high[0] : low[0])) * NPH_SAMPLE_FIELDS;
-            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
-                const Real *from = (const Real *)picture + f;
-                Real upper = from[at[0]] + share[0] * (from[at[1]] - from[at[0]]);
-                Real lower = from[at[2]] + share[0] * (from[at[3]] - from[at[2]]);
-                ((Real *)image)[f * pixels + row * width + column] = upper + share[1] * (lower - upper);
-            }
+            int x = crop[0] + column, y = crop[1] + row;
+            Real out[NPH_SAMPLE_FIELDS];
+            Real at[2] = {scene->half ? R(0.5) * ((Real)x + R(0.5)) - R(0.5) : (Real)x, scene->half ? R(0.5) * ((Real)y + R(0.5)) - R(0.5) : (Real)y};
+            if (scene->impostor) show_impostor(scene, view, picture, x, y, out);
+            else blend(scene, picture, at, out);
+            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + row * width + column] = out[f];
         }
 }

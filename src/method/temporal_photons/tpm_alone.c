@@ -12,6 +12,8 @@ const NphBuffer nph_tpm_buffers[NPH_TPM_BUFFERS] = {
     [NPH_TPM_B_PARTIAL] = {"tpm.partial", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W",
                            "of a generation's photons, of the sun's and of the others: flux of three channels, flux times cosine, flux times "
                            "order, and, in print, unweighted and their number", NPH_STAT, NULL, NULL, 0},
+    [NPH_TPM_B_OLD] = {"tpm.old", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generation that leaves",
+                       NPH_STAT, "in a sequence of frames", NULL, 0},
     [NPH_TPM_B_SUM] = {"tpm.sum", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generations so far", NPH_STAT,
                        NULL, NULL, 0},
     [NPH_TPM_B_COARSE] = {"tpm.coarse", R, "[cell][10]", "W/m2, 1", CELL, NPH_NEAR, NULL, NULL, 0},
@@ -28,28 +30,36 @@ const NphBuffer nph_tpm_buffers[NPH_TPM_BUFFERS] = {
 
 #undef R
 
+/* What a stage by itself needs to know of its generation, or of all: how many photons they are. */
+static NphStatus enter_generation(NphTpmCache *cache, NphTpmStage stage, int generation) {
+    if (cache->choice.medium < 0) return NPH_OK;
+    if (stage == NPH_TPM_TRACE || stage == NPH_TPM_UPDATE) return nph_tpm_cache_enter(cache, generation);
+    for (int g = 0; g < cache->choice.generations && stage == NPH_TPM_RESOLVE; g++) NPH_TRY(nph_tpm_cache_enter(cache, g));
+    return NPH_OK;
+}
+
 NphStatus nph_tpm_begin_launch(void *opaque, int index, NphFilm *film, const NphLaunch *launch) {
     NphTpmState *state = opaque;
     int64_t sample = launch->arguments[NPH_TPM_ARG_SAMPLE], tile = launch->arguments[NPH_TPM_ARG_TILE];
     int64_t generation = launch->arguments[NPH_TPM_ARG_GENERATION];
     (void)index;
     if (sample < 0 || sample > NPH_MAX_SAMPLES - NPH_CHUNK || tile < 0 || tile >= nph_film_tile_count(film) || generation < 0 ||
-        generation >= state->choice.generations)
+        generation >= state->choice.generations + state->age)
         return nph_error(state->job.context, NPH_BAD_INPUT, "sample %lld, generation %lld, tile %lld: there are %d generations and %lld tiles",
                          (long long)sample, (long long)generation, (long long)tile, state->choice.generations,
                          (long long)nph_film_tile_count(film));
     state->film = film;
     state->slot = 0;
     state->cache.sample = (uint32_t)sample;
-    state->cache.generation = (int)generation;
-    return NPH_OK;
+    return enter_generation(&state->cache, (NphTpmStage)launch->stage, (int)generation);
 }
 
 /* Every buffer is as large as the scene makes it. */
 NphStatus nph_tpm_extend(void *opaque, int index, int buffer, const int64_t *shape) {
     const NphTpmState *state = opaque;
     NphView view;
-    (void)nph_tpm_view(opaque, index, buffer, &view);
+    if (!nph_tpm_view(opaque, index, buffer, &view))
+        return nph_error(state->job.context, NPH_BAD_INPUT, "%s: there is none here", nph_tpm_buffers[buffer].name);
     for (int a = 0; a < view.rank; a++)
         if (shape[a] != view.shape[a])
             return nph_error(state->job.context, NPH_BAD_INPUT, "%s: axis %d has %lld items, this scene makes it %lld", nph_tpm_buffers[buffer].name,
@@ -76,6 +86,7 @@ int nph_tpm_view(void *opaque, int index, int buffer, NphView *out) {
         *out = (NphView){NPH_I64, 3, {NPH_TPM_KINDS, cells, NPH_TPM_VALUES}, buffer == NPH_TPM_B_SUM ? cache->sums : cache->partial,
                          cells * NPH_TPM_VALUES};
         return 1;
+    case NPH_TPM_B_OLD: return 0; /* what a sequence keeps stands in no launch of a single frame */
     case NPH_TPM_B_COARSE: *out = cells_of(real, cache->coarse, cells); return 1;
     case NPH_TPM_B_FINE: *out = cells_of(real, cache->fine, nph_tpm_cells(choice->fine)); return 1;
     case NPH_TPM_B_PICTURE:
@@ -99,7 +110,7 @@ NphStatus nph_tpm_check(void *opaque, int index, const NphLaunch *launch) {
     for (int b = 0; b < NPH_TPM_BUFFERS; b++) {
         NphView seen;
         if (!nph_stage_lists(reads, nph_tpm_buffers[b].name)) continue;
-        (void)nph_tpm_view(state, index, b, &seen);
+        if (!nph_tpm_view(state, index, b, &seen)) continue;
         int64_t wrong = nph_view_wrong(&seen, 1 - most, most - 1);
         if (wrong >= 0)
             return nph_error(state->job.context, NPH_BAD_INPUT, "input %s: value %lld is not %s", nph_tpm_buffers[b].name, (long long)wrong,

@@ -11,7 +11,7 @@ enum { CELLS = 16 }; /* coarse ones whose fine ones are made at once */
 
 static int64_t blocks_of(int64_t photons) { return (photons + NPH_TPM_BLOCK - 1) / NPH_TPM_BLOCK; }
 
-static NphStatus allocate(NphTpmCache *cache, const NphJob *job) {
+static NphStatus allocate(NphTpmCache *cache, const NphJob *job, int later) {
     NphContext *context = cache->context;
     size_t threads = (size_t)nph_context_threads(context), real = job->precision == 32 ? 4 : 8;
     size_t cells = (size_t)nph_tpm_cells(cache->choice.cells), fine = (size_t)nph_tpm_cells(cache->choice.fine);
@@ -24,17 +24,36 @@ static NphStatus allocate(NphTpmCache *cache, const NphJob *job) {
     NPH_TRY(NPH_NEW(context, threads, "ledgers", &cache->ledgers));
     NPH_TRY(NPH_NEW(context, threads, "tallies", &cache->tallies));
     NPH_TRY(NPH_NEW(context, threads, "stage counts", &cache->stages));
+    NPH_TRY(NPH_NEW(context, cache->choice.generations + later, "generations", &cache->shares));
     for (size_t w = 0; w < threads; w++)
         NPH_TRY(nph_alloc(context, cache->kernels.trace_bytes((int64_t)cells, cache->choice.shared), 1, "photons of a block", &cache->scratch[w]));
     return NPH_OK;
 }
 
-NphStatus nph_tpm_cache_open(const NphJob *job, const NphTpmChoice *choice, const void *scene, NphTpmCache *cache) {
-    NphTpmCache made = {.context = job->context, .choice = *choice, .scene = scene, .frame = job->frame};
+/* The frame's scene, and those of generations, count in the units of the reference frame's. */
+static NphStatus take_units(NphTpmCache *cache, void *scene) {
+    NphScene *from = NULL;
+    NphJob of = cache->job;
+    size_t bytes = cache->kernels.scene_bytes(0);
+    if (!cache->choice.animated) return NPH_OK;
+    NPH_TRY(nph_alloc(cache->context, bytes, 1, "scene of the reference frame", &cache->units));
+    NPH_TRY(nph_alloc(cache->context, bytes, 1, "scene of a generation", &cache->other));
+    NPH_TRY(nph_tpm_reference(&cache->job, &from));
+    if (from) of.scene = from;
+    of.knobs[NPH_TPM_KNOB_NOISE] = 0.0; /* nothing is marched in it */
+    cache->kernels.prepare(&of, &cache->reference, cache->units);
+    cache->kernels.adopt(scene, cache->units);
+    nph_scene_free(cache->context, from);
+    return NPH_OK;
+}
+
+NphStatus nph_tpm_cache_open(const NphJob *job, void *scene, int later, NphTpmCache *cache) {
+    NphTpmCache made = {.context = job->context, .job = *job, .scene = scene, .other_frame = -1};
     nph_tpm_kernels(job->precision, nph_context_isa(job->context), &made.kernels);
-    made.values = NPH_TPM_KINDS * nph_tpm_cells(choice->cells) * NPH_TPM_VALUES;
-    for (int k = 0; k < NPH_TPM_KINDS; k++) made.blocks[k] = blocks_of(choice->photons[k]);
-    NphStatus status = allocate(&made, job);
+    NPH_TRY(nph_tpm_choose(job, &made.choice, &made.reference));
+    made.values = NPH_TPM_KINDS * nph_tpm_cells(made.choice.cells) * NPH_TPM_VALUES;
+    NphStatus status = allocate(&made, job, later);
+    if (status == NPH_OK) status = take_units(&made, scene);
     if (status != NPH_OK) {
         nph_tpm_cache_close(&made);
         return status;
@@ -45,6 +64,10 @@ NphStatus nph_tpm_cache_open(const NphJob *job, const NphTpmChoice *choice, cons
 
 void nph_tpm_cache_close(NphTpmCache *cache) {
     NphContext *context = cache->context;
+    nph_scene_free(context, cache->other_scene);
+    nph_free(context, cache->other);
+    nph_free(context, cache->units);
+    nph_free(context, cache->shares);
     for (int w = 0; cache->scratch && w < nph_context_threads(context); w++) nph_free(context, cache->scratch[w]);
     nph_free(context, cache->stages);
     nph_free(context, cache->tallies);
@@ -57,21 +80,56 @@ void nph_tpm_cache_close(NphTpmCache *cache) {
     nph_free(context, cache->added);
 }
 
+int64_t nph_tpm_cache_number(const NphTpmCache *cache, int generation) {
+    int64_t frame = cache->choice.animated ? (int64_t)cache->job.scene->frame : (int64_t)cache->job.frame;
+    return frame + cache->choice.first + generation;
+}
+
+static NphStatus load_other(NphTpmCache *cache, int64_t frame) {
+    NphJob of = cache->job;
+    nph_scene_free(cache->context, cache->other_scene);
+    cache->other_scene = NULL;
+    cache->other_frame = -1;
+    NPH_TRY(nph_scene_at_frame(cache->context, cache->job.scene, (uint32_t)frame, &cache->other_scene));
+    of.scene = cache->other_scene;
+    of.knobs[NPH_TPM_KNOB_NOISE] = 0.0;
+    NPH_TRY(nph_tpm_choose_like(&of, &cache->reference, &cache->other_choice));
+    if (cache->other_choice.traced) {
+        cache->kernels.prepare(&of, &cache->other_choice, cache->other);
+        cache->kernels.adopt(cache->other, cache->units);
+    }
+    cache->other_frame = frame;
+    return NPH_OK;
+}
+
+NphStatus nph_tpm_cache_enter(NphTpmCache *cache, int generation) {
+    int64_t number = nph_tpm_cache_number(cache, generation), frame = number > 0 ? number : 0;
+    int own = !cache->choice.animated || frame == (int64_t)cache->job.scene->frame;
+    if (!own && frame != cache->other_frame) NPH_TRY(load_other(cache, frame));
+    cache->generation = generation;
+    cache->traced = own ? cache->scene : cache->other;
+    nph_tpm_generation(&cache->reference, own ? &cache->choice : &cache->other_choice, cache->job.knobs[NPH_TPM_KNOB_VARY], number, &cache->now);
+    memcpy(cache->shares[generation], cache->now.share, sizeof cache->now.share);
+    return NPH_OK;
+}
+
 static NphStatus trace_block(void *opaque, int64_t number, int worker) {
     NphTpmCache *cache = opaque;
-    int kind = number < cache->blocks[NPH_TPM_SUN] ? NPH_TPM_SUN : NPH_TPM_SKY;
-    int64_t first = (number - (kind == NPH_TPM_SKY ? cache->blocks[NPH_TPM_SUN] : 0)) * NPH_TPM_BLOCK;
-    int64_t left = cache->choice.photons[kind] - first;
+    int64_t of_sun = blocks_of(cache->now.photons[NPH_TPM_SUN]);
+    int kind = number < of_sun ? NPH_TPM_SUN : NPH_TPM_SKY;
+    int64_t first = (number - (kind == NPH_TPM_SKY ? of_sun : 0)) * NPH_TPM_BLOCK;
+    int64_t left = cache->now.photons[kind] - first;
     NphTpmBlock block = {.sample = cache->sample,
-                         .generation = (uint32_t)(cache->frame + cache->choice.first + cache->generation),
+                         .generation = (uint32_t)((int64_t)cache->job.frame + cache->choice.first + cache->generation),
                          .kind = kind,
                          .first = first,
                          .count = left < NPH_TPM_BLOCK ? (int)left : NPH_TPM_BLOCK,
+                         .relative = cache->now.relative[kind],
                          .partial = cache->added + cache->values * worker + cache->values / NPH_TPM_KINDS * kind,
                          .scratch = cache->scratch[worker],
                          .ledger = &cache->ledgers[worker],
                          .tally = &cache->tallies[worker]};
-    NPH_LAUNCH(&cache->stages[worker], NPH_TPM_TRACE, block.count, cache->kernels.trace(cache->scene, &block));
+    NPH_LAUNCH(&cache->stages[worker], NPH_TPM_TRACE, block.count, cache->kernels.trace(cache->traced, &block));
     return NPH_OK;
 }
 
@@ -113,21 +171,30 @@ static NphStatus trace(NphTpmCache *cache) {
     int threads = nph_context_threads(cache->context);
     memset(cache->added, 0, (size_t)cache->values * sizeof *cache->added * (size_t)threads);
     memset(cache->partial, 0, (size_t)cache->values * sizeof *cache->partial);
-    if (cache->choice.traced)
-        NPH_TRY(nph_pool_run(cache->context, cache->blocks[0] + cache->blocks[1], trace_block, cache, NULL));
+    NPH_TRY(nph_pool_run(cache->context, blocks_of(cache->now.photons[0]) + blocks_of(cache->now.photons[1]), trace_block, cache, NULL));
     for (int w = 0; w < threads; w++)
         for (int64_t i = 0; i < cache->values; i++) cache->partial[i] += cache->added[cache->values * w + i];
     return check_ledger(cache);
 }
 
-/* I + H_new. Of a frame by itself nothing grows old: it is the sum of its generations. */
+/* I - H_old + H_new. Of a frame by itself nothing grows old: it is the sum of its generations. Whole numbers, so nothing is left of
+ * what goes; in print they are floats, whose roundings stay. */
 static void update(NphTpmCache *cache) {
-    for (int64_t i = 0; i < cache->values; i++) cache->sums[i] += cache->partial[i];
+    int paper = cache->job.knobs[NPH_TPM_KNOB_VARIANT] > 0.5;
+    for (int64_t i = 0; i < cache->values; i++) {
+        int64_t old = cache->old ? cache->old[i] : 0;
+        if (!paper) cache->sums[i] += cache->partial[i] - old;
+        else {
+            float left = (float)cache->sums[i] - (float)old, sum = left + (float)cache->partial[i];
+            cache->sums[i] = (int64_t)sum;
+        }
+    }
 }
 
 static void resolve(NphTpmCache *cache) {
-    int64_t photons[NPH_TPM_KINDS];
-    for (int k = 0; k < NPH_TPM_KINDS; k++) photons[k] = cache->choice.photons[k] * cache->choice.generations;
+    double photons[NPH_TPM_KINDS] = {0.0};
+    for (int g = 0; g < cache->choice.generations; g++)
+        for (int k = 0; k < NPH_TPM_KINDS; k++) photons[k] += cache->shares[g][k];
     cache->kernels.resolve(cache->scene, cache->sums, photons, cache->coarse);
 }
 
@@ -157,7 +224,8 @@ NphStatus nph_tpm_cache_step(NphTpmCache *cache, NphTpmStage stage) {
 NphStatus nph_tpm_cache_make(NphTpmCache *cache, uint32_t sample) {
     cache->sample = sample;
     NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_CLEAR));
-    for (cache->generation = 0; cache->generation < cache->choice.generations && cache->choice.traced; cache->generation++) {
+    for (int g = 0; g < cache->choice.generations && nph_tpm_has_photons(&cache->choice); g++) {
+        NPH_TRY(nph_tpm_cache_enter(cache, g));
         NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_TRACE));
         NPH_TRY(nph_tpm_cache_step(cache, NPH_TPM_UPDATE));
     }

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * What temporal photons do for a scene, what they leave out, and what they refuse. */
+#include <string.h>
+
 #include "core/fmath.h"
 #include "core/message.h"
-#include "method/temporal_photons/tpm.h"
+#include "core/philox.h"
+#include "method/temporal_photons/tpm_carry.h"
 #include "pipeline/plan.h"
 
 static NphStatus refuse_medium(NphContext *context, const NphMedium *medium) {
@@ -34,6 +37,8 @@ static NphStatus refuse(const NphJob *job, const NphTpmChoice *choice) {
                          scene->surfaces[0].name);
     if (nph_sensor_gathers(scene->sensor.kind))
         return nph_error(context, NPH_BAD_SCENE, "temporal_photons: a sensor that gathers light from many directions is not part of this method; path and light have it");
+    if (job->knobs[NPH_TPM_KNOB_IMPOSTORS] > 0.5 && scene->sensor.kind != NPH_SENSOR_PERSPECTIVE)
+        return nph_error(context, NPH_BAD_SCENE, "temporal_photons: impostors are seen by a perspective camera; tpm.impostors=0 has the others");
     for (int m = 0; m < scene->medium_count; m++) {
         if (!choice->transport.used[m]) continue;
         NPH_TRY(refuse_medium(context, &scene->media[m]));
@@ -112,6 +117,8 @@ static void choose_lights(const NphJob *job, NphTpmChoice *choice) {
         }
     }
     for (int l = 0; l < scene->light_count; l++) sky += l == choice->dominant ? 0.0 : power[l];
+    choice->power[NPH_TPM_SUN] = sun;
+    choice->power[NPH_TPM_SKY] = sky;
     int64_t all = (int64_t)nph_floor(job->knobs[NPH_TPM_KNOB_PHOTONS] / (double)choice->generations + 0.5);
     int64_t of_sun = sun > 0.0 ? (int64_t)nph_floor((double)all * (sun / (sun + sky)) + 0.5) : 0;
     all = all > 1 ? all : 1;
@@ -130,7 +137,8 @@ static int scale_of(const NphTpmChoice *choice) {
     return 62 - 18 - bits;
 }
 
-NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice) {
+/* Of the job's scene by itself. */
+static NphStatus choose_still(const NphJob *job, NphTpmChoice *choice) {
     const NphScene *scene = job->scene;
     NphTpmChoice made = {.medium = -1, .dominant = -1, .cells = {1, 1, 1}, .fine = {1, 1, 1}, .shared = 1};
     nph_transport_choose(scene, job->plan_full, &made.transport);
@@ -138,7 +146,8 @@ NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice) {
     for (int m = 0; m < scene->medium_count; m++) made.medium = made.transport.used[m] ? m : made.medium;
     int64_t wanted = (int64_t)job->knobs[NPH_TPM_KNOB_GENERATIONS];
     int primed = job->knobs[NPH_TPM_KNOB_PRIMED] > 0.5;
-    made.generations = (int)(primed || (int64_t)job->frame + 1 > wanted ? wanted : (int64_t)job->frame + 1);
+    int64_t frame = nph_scene_is_animated(scene) ? (int64_t)scene->frame : (int64_t)job->frame;
+    made.generations = (int)(primed || frame + 1 > wanted ? wanted : frame + 1);
     made.first = 1 - made.generations;
     if (made.medium < 0) {
         *choice = made;
@@ -156,10 +165,74 @@ NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice) {
     return NPH_OK;
 }
 
+NphStatus nph_tpm_reference(const NphJob *job, NphScene **scene) {
+    uint32_t frame = (uint32_t)job->knobs[NPH_TPM_KNOB_REFERENCE];
+    *scene = NULL;
+    if (!nph_scene_is_animated(job->scene) || job->scene->frame == frame) return NPH_OK;
+    return nph_scene_at_frame(job->context, job->scene, frame, scene);
+}
+
+NphStatus nph_tpm_choose_like(const NphJob *job, const NphTpmChoice *reference, NphTpmChoice *choice) {
+    NPH_TRY(choose_still(job, choice));
+    memcpy(choice->cells, reference->cells, sizeof choice->cells);
+    choice->shared = reference->shared;
+    choice->scale = reference->scale;
+    choice->animated = 1;
+    for (int k = 0; k < NPH_TPM_KINDS; k++) choice->photons[k] = reference->photons[k];
+    return NPH_OK;
+}
+
+/* What has no photons in the reference frame is weighed as all that shines there. */
+static NphStatus choose_animated(const NphJob *job, NphTpmChoice *choice, NphTpmChoice *reference) {
+    NphScene *scene = NULL;
+    NPH_TRY(nph_tpm_reference(job, &scene));
+    NphJob of = *job;
+    if (scene) of.scene = scene;
+    NphStatus status = choose_still(&of, reference);
+    if (status == NPH_OK && !reference->traced)
+        status = nph_error(job->context, NPH_BAD_USAGE,
+                           "temporal_photons: at frame %.0f nothing shines or nothing scatters, so photons cannot be weighed; tpm.reference "
+                           "takes the number of a frame at which something does", job->knobs[NPH_TPM_KNOB_REFERENCE]);
+    for (int k = 0; k < NPH_TPM_KINDS && status == NPH_OK; k++) {
+        int other = k == NPH_TPM_SUN ? NPH_TPM_SKY : NPH_TPM_SUN;
+        if (reference->power[k] > 0.0) continue;
+        reference->power[k] = reference->power[other];
+        reference->photons[k] = reference->photons[other];
+    }
+    if (status == NPH_OK) status = nph_tpm_choose_like(job, reference, choice);
+    nph_scene_free(job->context, scene);
+    return status;
+}
+
+NphStatus nph_tpm_choose(const NphJob *job, NphTpmChoice *choice, NphTpmChoice *reference) {
+    NphTpmChoice made, of;
+    if (nph_scene_is_animated(job->scene)) NPH_TRY(choose_animated(job, &made, &of));
+    else {
+        NPH_TRY(choose_still(job, &made));
+        of = made;
+    }
+    if (reference) *reference = of;
+    *choice = made;
+    return NPH_OK;
+}
+
+void nph_tpm_generation(const NphTpmChoice *reference, const NphTpmChoice *of, double vary, int64_t number, NphTpmGeneration *out) {
+    NphWords words = nph_philox(0, (uint32_t)NPH_RNG_TPM_VARY << 24, (uint32_t)number, 0, 0, 0);
+    double factor = 1.0 + vary * (2.0 * nph_uniform(words.w0) - 1.0);
+    for (int k = 0; k < NPH_TPM_KINDS; k++) {
+        double n = (double)reference->photons[k], bright = of->traced && n > 0.0 ? of->power[k] / reference->power[k] : 0.0;
+        int64_t photons = (int64_t)nph_floor(n * bright * factor + 0.5);
+        out->photons[k] = bright > 0.0 ? (photons > 1 ? photons : 1) : 0;
+        out->relative[k] = bright > 0.0 ? 1.0 / bright : 0.0;
+        out->share[k] = bright > 0.0 ? (double)out->photons[k] / bright : n;
+    }
+}
+
 void nph_tpm_small(const NphJob *job, int origin[2], int size[2]) {
     const int whole[2] = {job->scene->sensor.width, job->scene->sensor.height};
+    int all = job->knobs[NPH_TPM_KNOB_IMPOSTORS] > 0.5;
     for (int a = 0; a < 2; a++) {
-        int first = job->crop[a], end = job->crop[2 + a];
+        int first = all ? 0 : job->crop[a], end = all ? whole[a] : job->crop[2 + a];
         if (job->knobs[NPH_TPM_KNOB_HALF] > 0.5) {
             int most = (whole[a] + 1) / 2;
             first = first / 2 > 0 ? first / 2 - 1 : 0;
@@ -182,6 +255,9 @@ static NphStatus plan_buffers(const NphJob *job, const NphTpmChoice *choice, Nph
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.partial", (threads + 2) * NPH_TPM_KINDS * cells * NPH_TPM_VALUES * 8,
                          "H, of every worker too, and I: %d x %d x %d cells, 64-bit fixed point", (int)choice->cells[0],
                          (int)choice->cells[1], (int)choice->cells[2]));
+    if (job->sequence)
+        NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.old", nph_tpm_carry_bytes(job, choice), "H of the last %d generations of %lld samples, and their I",
+                             (int)job->knobs[NPH_TPM_KNOB_GENERATIONS], (long long)(job->sample_end - job->sample_begin)));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "block scratch", threads * kernels.trace_bytes((int64_t)cells, choice->shared),
                          choice->shared ? "lanes, and a block's own grid" : "lanes; the grid is too large for a block's own"));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.coarse", cells * NPH_TPM_FIELDS * real, "I resolved"));
@@ -219,7 +295,7 @@ static NphStatus plan_left_out(const NphJob *job, const NphTpmChoice *choice, Np
 NphStatus nph_tpm_plan(const NphJob *job, NphPlan *plan) {
     NphContext *context = job->context;
     NphTpmChoice choice;
-    NPH_TRY(nph_tpm_choose(job, &choice));
+    NPH_TRY(nph_tpm_choose(job, &choice, NULL));
     for (int s = 0; s < nph_temporal_photons.stage_count; s++) {
         const NphStage *stage = &nph_tpm_stages[s];
         NPH_TRY(nph_plan_add(context, plan, "stage", stage->name, 0, "%s; blocks of %d", stage->source, stage->block[0]));

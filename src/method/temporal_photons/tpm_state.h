@@ -8,9 +8,6 @@
 #include "method/temporal_photons/tpm.h"
 #include "transport/entry_lookup.h"
 
-enum { NPH_RNG_TPM_EMIT = 48, NPH_RNG_TPM_FLY = 49, NPH_RNG_TPM_SCATTER = 50, NPH_RNG_TPM_NOISE = 51,
-       NPH_RNG_TPM_PIXEL = 52 };
-
 /* A grid of cells that fills the medium's box. */
 typedef struct RTpmGrid {
     int32_t n[3];
@@ -22,7 +19,6 @@ typedef struct RTpmScene {
     RScene local;
     RMedium medium;
     int traced, kinds, dominant, similarity, switch_order, shared, paper;
-    int64_t photons[NPH_TPM_KINDS];
     double choose[NPH_MAX_LIGHTS + 1]; /* cumulated probability that a photon of the sky comes from a light */
     RDisc from[NPH_MAX_LIGHTS];
     double unit;             /* W: of flux */
@@ -36,6 +32,8 @@ typedef struct RTpmScene {
     Real spread, spread_density;
     Real step, exit, noise;  /* m, 1, units of the medium's space */
     int octaves, half, small_origin[2], small[2];
+    int impostor;            /* pictures show the cloud alone; what is behind it joins when they are enlarged */
+    double centre[3];        /* of the medium's box, world */
     float field[];           /* vectors of noise: [z][y][x][3], where there is noise */
 } RTpmScene;
 
