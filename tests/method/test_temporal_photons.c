@@ -122,7 +122,7 @@ START_TEST(what_photons_carry_is_escaped_or_absorbed_and_what_beams_carry_collid
 }
 END_TEST
 
-static void same_image(const NphImage *a, const NphImage *b, const char *what) {
+static void same_pictures(const NphImage *a, const NphImage *b, const char *what) {
     size_t bytes = sizeof(float) * (size_t)a->width * (size_t)a->height;
     ck_assert_int_eq(a->channel_count, b->channel_count);
     for (int c = 0; c < a->channel_count; c++)
@@ -152,7 +152,7 @@ START_TEST(any_number_of_threads_and_a_full_plan_give_the_same_bytes) {
             for (int t = 0; t < 4; t++) {
                 options.plan_full = t == 3;
                 render_case(&other, scenes[i], &options, threads[t % 3]);
-                same_image(&one.image, &other.image, t == 3 ? "full plan" : "threads");
+                same_pictures(&one.image, &other.image, t == 3 ? "full plan" : "threads");
                 render_free(&other);
             }
             render_free(&one);

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "field/sample.h"
 #include "method/tpm_case.h"
 
 #define SMALL "resolution: [19, 13], position: [-2, -2, 0.9], look_at: [0.5, 0.5, 0.5], fov: 40"
@@ -15,55 +14,6 @@
 #define GREY CUBE("4", "0.9", "0.7")
 #define DENSER CUBE("{frames: [2, 7], values: [2, 6]}", "0.9", "0.7")
 #define TURNING "  - {type: sun, direction: {frames: [0, 10], values: [[-1, 0, 0.2], [-0.5, 0.6, 0.2]]}, irradiance: {frames: [0, 10], values: [2, 3]}}\n"
-
-typedef struct Frames {
-    NphContext *context;
-    NphScene *scene;
-    NphRenderOptions options;
-} Frames;
-
-static void frames_open(Frames *frames, const char *yaml, int precision, int threads, int count, const char *const *knobs) {
-    frames->context = nph_test_context(threads);
-    NphStatus status = nph_scene_parse(frames->context, yaml, strlen(yaml), "test.yaml", nph_test_path("reference/scenes"), &frames->scene);
-    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
-    frames->options = render_options(16, precision);
-    frames->options.method = "temporal_photons";
-    frames->options.knob_count = count;
-    frames->options.knobs = knobs;
-}
-
-static void frames_close(Frames *frames) {
-    nph_scene_free(frames->context, frames->scene);
-    nph_test_context_close(frames->context);
-}
-
-static void alone(const Frames *frames, uint32_t frame, NphImage *image, NphRenderStatistics *statistics) {
-    NphRenderOptions options = frames->options;
-    NphScene *other = NULL;
-    NphFilm *film = NULL;
-    options.frame = frame;
-    if (nph_scene_is_animated(frames->scene)) ck_assert_int_eq(nph_scene_at_frame(frames->context, frames->scene, frame, &other), NPH_OK);
-    NphStatus status = nph_render(frames->context, other ? other : frames->scene, &options, &film, statistics);
-    ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
-    ck_assert_int_eq(nph_film_image(frames->context, film, image), NPH_OK);
-    nph_film_free(frames->context, film);
-    nph_scene_free(frames->context, other);
-}
-
-static void same_image(const NphImage *a, const NphImage *b, uint32_t frame) {
-    ck_assert_int_eq(a->channel_count, b->channel_count);
-    for (int c = 0; c < a->channel_count; c++)
-        ck_assert_msg(memcmp(a->channels[c].pixels, b->channels[c].pixels, sizeof(float) * (size_t)a->width * (size_t)a->height) == 0,
-                      "frame %u: %s differs", (unsigned)frame, a->channels[c].name);
-}
-
-static int64_t photons_of(const NphRenderStatistics *statistics) { return statistics->stages[NPH_TPM_TRACE].items; }
-
-static double mean_of(const NphImage *image) {
-    double sum = 0.0;
-    for (int64_t i = 0; i < (int64_t)image->width * image->height; i++) sum += (double)image->channels[0].pixels[i];
-    return sum / (double)image->width / (double)image->height;
-}
 
 enum { M = 4 };
 static const char *const few[] = {"tpm.photons=400", "tpm.generations=4", "tpm.cells=100", "tpm.vary=0.5"};

@@ -244,14 +244,26 @@ static int meet(const RTpmScene *scene, const RTpmScene *view, const double d[3]
     return at[0] > -1.0 && at[1] > -1.0 && at[0] < (double)from->width + 1.0 && at[1] < (double)from->height + 1.0;
 }
 
+/* The same camera and cloud: the picture is where it was, to the bit. */
+static int stands_still(const RTpmScene *scene, const RTpmScene *view) {
+    const NphSensor *a = &scene->local.sensor, *b = &view->local.sensor;
+    int same = 1;
+    for (int x = 0; x < 3; x++)
+        same &= !(a->position[x] < b->position[x] || a->position[x] > b->position[x] || a->right[x] < b->right[x] || a->right[x] > b->right[x] ||
+                  a->up[x] < b->up[x] || a->up[x] > b->up[x] || a->forward[x] < b->forward[x] || a->forward[x] > b->forward[x] ||
+                  scene->centre[x] < view->centre[x] || scene->centre[x] > view->centre[x]);
+    for (int x = 0; x < 2; x++) same &= !(a->half_size[x] < b->half_size[x] || a->half_size[x] > b->half_size[x]);
+    return same;
+}
+
 /* The cloud's picture, this frame's or an earlier one's, before what is behind it now. */
-static void show_impostor(const RTpmScene *scene, const RTpmScene *view, const Real *picture, int x, int y, Real out[NPH_SAMPLE_FIELDS]) {
+static void show_impostor(const RTpmScene *scene, const RTpmScene *view, int still, const Real *picture, int x, int y, Real out[NPH_SAMPLE_FIELDS]) {
     double way[3], place[2] = {(double)x + 0.5, (double)y + 0.5};
     Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3], at[2];
     pixel_way(&view->local.sensor, x, y, way);
     double inverse = 1.0 / nph_sqrt(product(way, way));
     for (int a = 0; a < 3; a++) d[a] = (Real)(way[a] * inverse);
-    int seen = scene == view || meet(scene, view, way, place);
+    int seen = still || meet(scene, view, way, place);
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
     for (int c = 0; c < 3; c++) out[NPH_SAMPLE_T0 + c] = R(1.0);
     for (int a = 0; a < 2; a++) at[a] = (Real)((scene->half ? 0.5 * place[a] : place[a]) - 0.5);
@@ -263,12 +275,13 @@ static void show_impostor(const RTpmScene *scene, const RTpmScene *view, const R
 void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *seen, const void *picture, const int crop[4], int first, int end, void *image) {
     const RTpmScene *scene = memory, *view = seen;
     int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+    int still = scene == view || stands_still(scene, view);
     for (int row = first; row < end; row++)
         for (int column = 0; column < (int)width; column++) {
             int x = crop[0] + column, y = crop[1] + row;
             Real out[NPH_SAMPLE_FIELDS];
             Real at[2] = {scene->half ? R(0.5) * ((Real)x + R(0.5)) - R(0.5) : (Real)x, scene->half ? R(0.5) * ((Real)y + R(0.5)) - R(0.5) : (Real)y};
-            if (scene->impostor) show_impostor(scene, view, picture, x, y, out);
+            if (scene->impostor) show_impostor(scene, view, still, picture, x, y, out);
             else blend(scene, picture, at, out);
             for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + row * width + column] = out[f];
         }
