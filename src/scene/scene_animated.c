@@ -18,7 +18,8 @@ int nph_animated_meant(NphSceneReader *reader, const yaml_node_t *node) {
     if (node->type != YAML_MAPPING_NODE) return 0;
     for (yaml_node_pair_t *pair = node->data.mapping.pairs.start; pair < node->data.mapping.pairs.top; pair++) {
         const yaml_node_t *key = yaml_document_get_node(&reader->document, pair->key);
-        if (key->type == YAML_SCALAR_NODE && strcmp((const char *)key->data.scalar.value, "frames") == 0) return 1;
+        const char *text = key->type == YAML_SCALAR_NODE ? (const char *)key->data.scalar.value : "";
+        if (nph_edit_close(text, "frames") || nph_edit_close(text, "values")) return 1;
     }
     return 0;
 }

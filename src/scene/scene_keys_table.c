@@ -32,7 +32,7 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "size, not its extinction."},
     {"density", "a density", "file", "nvdb|npy|txt|vol|pbrt|vdb",
      "A density volume from a file, by its ending: `.nvdb`, `.vdb`, `.npy`, `.txt`, `.vol` or `.pbrt`."},
-    {"numbers", "the numbers of a sequence's files", NULL, NULL,
+    {"numbers", "a sequence of files", NULL, NULL,
      "For files that do not exist for every frame: # in the name of the file stands for the last of the numbers `first`, `first` + `step`, "
      "... `last` that is not above the frame, or for `first`. Without it # stands for the frame itself."},
     {"emission", "an emission", "type", EMISSIONS,

@@ -111,7 +111,7 @@ int nph_node_is_null(const yaml_node_t *node);
 
 /* scene_animated.c: {frames, values} in place of a value, as of the reader's frame. */
 int nph_animated_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value);
-/* 1 for a mapping that is meant to be one. */
+/* 1 for a mapping that is meant to be one: a key of it is frames or values, or nearly so. */
 int nph_animated_meant(NphSceneReader *reader, const yaml_node_t *node);
 
 /* scene_wavelengths.c: the wavelengths key, taken before all others; what an RGB key says, as three numbers and, where

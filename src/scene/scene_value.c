@@ -302,7 +302,7 @@ int nph_value_read_still(NphSceneReader *reader, const NphSceneKey *key, const y
 }
 
 int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
-    if (node->type == YAML_MAPPING_NODE && nph_key_animates(key->type)) return nph_animated_read(reader, key, node, value);
+    if (nph_key_animates(key->type) && nph_animated_meant(reader, node)) return nph_animated_read(reader, key, node, value);
     int right = nph_value_read_still(reader, key, node, value);
     value->place.animated = right && key->type == NPH_KEY_FILE && strchr(value->text, '#');
     reader->scene->animated |= value->place.animated;
