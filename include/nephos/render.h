@@ -23,7 +23,7 @@ typedef struct NphRenderOptions {
     int precision;             /* 32 (default) or 64 */
     int crop_given;
     int crop[4];               /* x0, y0, x1, y1 */
-    uint32_t frame;
+    uint32_t frame;            /* of the random numbers, to 16777215; that of the scene: nph_scene_load_frame */
     int lock_noise;            /* leaves the frame out of the random numbers */
     int plan_full;             /* leave nothing out */
     int sequence;              /* of a plan: frame after frame, nph_sequence_render; methods then keep what the next one needs */

@@ -125,8 +125,9 @@ int nph_dump_run_numbers(const NphDumpRun *run, const char *name, int room, doub
 NphStatus nph_dump_inputs(NphContext *context, const char *folder, int64_t batch, int64_t number, const NphStages *stages,
                           const char *stage, int64_t *arguments, NphNamedArray *inputs, int *count);
 
-/* The reference's scene as its manifest names it, for nph_scene_load. NPH_BAD_INPUT where it names none, or one that is too long. */
-NphStatus nph_dump_scene_name(NphContext *context, const char *folder, char *name, size_t bytes);
+/* The reference's scene as its manifest names it, and the frame that it stood at, for nph_scene_load_frame. NPH_BAD_INPUT where it names
+ * none, or one that is too long; with name NULL only the frame is told. */
+NphStatus nph_dump_scene(NphContext *context, const char *folder, char *name, size_t bytes, uint32_t *frame);
 
 #ifdef __cplusplus
 }

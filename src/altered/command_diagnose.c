@@ -12,7 +12,7 @@ typedef struct DiagnoseCommand {
     Session session;
     TextList knobs;
     const char *show, *output;
-    int64_t spp, seed, a_samples;
+    int64_t spp, seed, frame, a_samples;
     double time_budget_s;
     int list, json, spp_given, seed_given;
 } DiagnoseCommand;
@@ -34,6 +34,8 @@ static void add_options(OptionTable *table, DiagnoseCommand *diagnose) {
     option_add(table, (Option){.name = "seed", .letter = 's', .kind = OPTION_INT, .target = &diagnose->seed, .value_name = "N",
                                .min = 0, .max = 4294967295.0, .given = &diagnose->seed_given,
                                .meaning = "of the pictures that are rendered; must not be A's"});
+    option_add(table, (Option){.name = "frame", .letter = 'f', .kind = OPTION_INT, .target = &diagnose->frame, .value_name = "F",
+                               .min = 0, .max = 16777215.0, .meaning = "the scene as of that frame"});
     option_add(table, (Option){.name = "define", .letter = 'D', .kind = OPTION_LIST, .target = &diagnose->knobs, .value_name = "K=V",
                                .meaning = "turns a knob of method path, which renders"});
     option_add(table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &diagnose->json, .meaning = "as JSON on standard output"});
@@ -54,6 +56,7 @@ static void fill_render(const DiagnoseCommand *diagnose, NphRenderOptions *optio
     nph_render_options_default(options);
     options->seed_given = diagnose->seed_given;
     options->seed = (uint32_t)diagnose->seed;
+    options->frame = (uint32_t)diagnose->frame;
     options->knob_count = diagnose->knobs.count;
     options->knobs = diagnose->knobs.items;
 }
@@ -78,7 +81,7 @@ static NphStatus show(DiagnoseCommand *diagnose, const char *scene_path) {
     NPH_TRY(check_writable(session, diagnose->output));
     fill_render(diagnose, &options);
     options.samples = diagnose->spp;
-    NPH_TRY(nph_scene_load(session->context, scene_path, &scene));
+    NPH_TRY(nph_scene_load_frame(session->context, scene_path, options.frame, &scene));
     NphStatus status = diagnose_render(session, scene_path, scene, bug->number, &options, &film, &failed);
     nph_scene_free(session->context, scene);
     if (status == NPH_OK) status = write_film(session, film, diagnose->output);
@@ -177,7 +180,7 @@ static NphStatus diagnose_file(DiagnoseCommand *diagnose, const char *picture, c
     diagnosis.fit = (NphFitOptions){.alpha = 1e-4, .a_samples = (double)diagnose->a_samples, .constants = constants};
     fill_render(diagnose, &diagnosis.render);
     NphStatus status = nph_exr_read(context, picture, &diagnosis.a);
-    if (status == NPH_OK) status = nph_scene_load(context, scene_path, &diagnosis.scene);
+    if (status == NPH_OK) status = nph_scene_load_frame(context, scene_path, diagnosis.render.frame, &diagnosis.scene);
     if (status == NPH_OK) {
         diagnosis.fit.constant_count = constants_of(diagnosis.scene, constants, (int)(sizeof constants / sizeof constants[0]));
         status = diagnose_picture(diagnose, &diagnosis, picture);

@@ -55,6 +55,7 @@ static NphStatus prepare(ToleranceCommand *command, const char *path) {
     NphScene *scene = NULL;
     NphDumpRun *dumped = NULL;
     char name[4096];
+    uint32_t frame;
     const char *scene_name = command->scene ? command->scene : path;
     int dump = is_dump(path);
     if (!dump && command->scene) return usage_error("tolerance", "--scene names the scene of a dump, and %s is none", path);
@@ -62,11 +63,10 @@ static NphStatus prepare(ToleranceCommand *command, const char *path) {
     if (command->output) NPH_TRY(check_writable(&command->session, command->output));
     if (dump) NPH_TRY(nph_dump_run(context, path, &dumped));
     NphStatus status = NPH_OK;
-    if (dump && !command->scene) {
-        status = nph_dump_scene_name(context, path, name, sizeof name);
-        scene_name = name;
-    }
-    if (status == NPH_OK) status = nph_scene_load(context, scene_name, &scene);
+    frame = options.frame;
+    if (dump) status = nph_dump_scene(context, path, command->scene ? NULL : name, sizeof name, &frame);
+    if (dump && !command->scene) scene_name = name;
+    if (status == NPH_OK) status = nph_scene_load_frame(context, scene_name, frame, &scene);
     if (status == NPH_OK && dumped) status = measure_and_write(command, scene, scene_name, path, nph_dump_run_options(dumped));
     else if (status == NPH_OK) {
         altered_few(scene, &options, &few);

@@ -30,7 +30,7 @@ NphStatus diagnose_render(Session *session, const char *scene_path, const NphSce
     session->mute = bug != 0;
     nph_bug_number = bug;
     if (changes_scene(bug)) {
-        status = nph_scene_load(session->context, scene_path, &changed);
+        status = nph_scene_load_frame(session->context, scene_path, options->frame, &changed);
         if (status == NPH_OK) altered_change_scene(changed);
     }
     if (status == NPH_OK) status = nph_render(session->context, changed ? changed : scene, options, film, NULL);

@@ -59,7 +59,7 @@ static NphStatus lit_error(NphContext *context, const NphFilm *film, SceneBench 
 /* The fastest of the repetitions. */
 static NphStatus time_scene(BenchCommand *bench, NphContext *context, SceneBench *scene_bench, NphRenderStatistics *best) {
     NphScene *scene = NULL;
-    NPH_TRY(nph_scene_load(context, scene_bench->path, &scene));
+    NPH_TRY(nph_scene_load_frame(context, scene_bench->path, bench->options.frame, &scene));
     NphStatus status = NPH_OK;
     for (int64_t i = 0; i < bench->repeat && status == NPH_OK; i++) {
         NphFilm *film = NULL;

@@ -52,7 +52,7 @@ static NphStatus make_plan(PlanCommand *plan, const char *path) {
     NphScene *scene = NULL;
     NphPlan made = {0};
     NPH_TRY(run_options_resolve("plan", &plan->run, &options));
-    NPH_TRY(nph_scene_load(context, path, &scene));
+    NPH_TRY(nph_scene_load_frame(context, path, options.frame, &scene));
     NphStatus status = nph_plan_make(context, scene, &options, &made);
     nph_scene_free(context, scene);
     if (status != NPH_OK) return status;

@@ -52,8 +52,8 @@ static NphStatus replay(RenderCommand *render, const char *path, NphRenderOption
     for (int i = 0; i < 4; i++)
         if (only[i] < 0 || only[i] >= (int64_t)1 << (i == 3 ? 40 : 24))
             return usage_error("render", "--only: expected FRAME,X,Y,SAMPLE, numbers from 0 on");
-    NPH_TRY(nph_scene_load(render->session.context, path, &scene));
     options->frame = (uint32_t)only[0];
+    NPH_TRY(nph_scene_load_frame(render->session.context, path, options->frame, &scene));
     NphStatus status = nph_replay(render->session.context, scene, options, (int)only[1], (int)only[2], only[3],
                                   print_line, stdout);
     nph_scene_free(render->session.context, scene);
@@ -139,7 +139,7 @@ static NphStatus render_scene(RenderCommand *render, const char *path, const Nph
     NphFilm *film = NULL;
     NphRenderStatistics run;
     memset(&run, 0, sizeof run);
-    NPH_TRY(nph_scene_load(context, path, &scene));
+    NPH_TRY(nph_scene_load_frame(context, path, options->frame, &scene));
     NphStatus status = dump->folder ? nph_dump(context, scene, path, options, dump, &film, &run)
                                     : nph_render(context, scene, options, &film, &run);
     nph_scene_free(context, scene);

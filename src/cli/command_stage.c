@@ -98,16 +98,15 @@ static NphStatus prepare(StageCommand *command, const char *stage) {
     NphStages *stages = NULL;
     NphDumpRun *dumped = NULL;
     char name[4096];
+    uint32_t frame;
     const char *path = command->scene;
     if (!command->output) return usage_error("stage", "-o DIR: where the outputs go");
     if (!path && !command->from) return usage_error("stage", "--scene SCENE or --from DUMP: what the stage belongs to");
     if (command->from && !command->launch_given) return usage_error("stage", "--launch BATCH:NUMBER: which launch of the dump");
     NPH_TRY(run_options_resolve("stage", &command->run, &options));
-    if (!path) {
-        NPH_TRY(nph_dump_scene_name(context, command->from, name, sizeof name));
-        path = name;
-    }
-    NPH_TRY(nph_scene_load(context, path, &scene));
+    frame = options.frame;
+    if (command->from) NPH_TRY(nph_dump_scene(context, command->from, path ? NULL : name, sizeof name, &frame));
+    NPH_TRY(nph_scene_load_frame(context, path ? path : name, frame, &scene));
     NphStatus status = command->from ? nph_dump_run(context, command->from, &dumped) : NPH_OK;
     if (status == NPH_OK) status = nph_stages_open(context, scene, dumped ? nph_dump_run_options(dumped) : &options, &stages);
     if (status == NPH_OK) status = run_stage(command, stage, stages);

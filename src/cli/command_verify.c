@@ -216,16 +216,19 @@ static NphStatus verify_dumps(VerifyCommand *verify, const char *reference, cons
     NphScene *scene = NULL;
     NphVerification result;
     char name[4096];
+    uint32_t frame = 0;
     const char *path = verify->scene;
     if ((verify->ulp_given || verify->flips_given) && (verify->tolerances || verify->options.interface))
         return usage_error("verify", "--ulp and --flips are in place of measured tolerances: they exclude --tolerances and --interface");
     if (verify->junit) NPH_TRY(check_writable(&verify->session, verify->junit));
     int given = verify->ulp_given || verify->flips_given || verify->tolerances;
     if (!path && !(verify->options.whole_run && given)) {
-        NPH_TRY(nph_dump_scene_name(context, reference, name, sizeof name));
+        NPH_TRY(nph_dump_scene(context, reference, name, sizeof name, &frame));
         path = name;
+    } else if (!verify->options.whole_run) {
+        NPH_TRY(nph_dump_scene(context, reference, NULL, 0, &frame));
     }
-    if (!verify->options.whole_run) NPH_TRY(nph_scene_load(context, path, &scene));
+    if (!verify->options.whole_run) NPH_TRY(nph_scene_load_frame(context, path, frame, &scene));
     verify->options.scene = scene;
     verify->options.allow_count = verify->allow.count;
     verify->options.allow = verify->allow.items;

@@ -10,6 +10,7 @@
 typedef struct Info {
     NphContext *context;
     const char *path;
+    uint32_t frame; /* of a scene */
     Facts facts;
 } Info;
 

@@ -83,6 +83,8 @@ static void tell_run(Info *info, const NphManifest *manifest) {
         if (texts[i][1]) facts_text(&info->facts, texts[i][0], texts[i][1]);
     facts_text(&info->facts, "precision", manifest->precision == 64 ? "f64" : "f32");
     facts_integer(&info->facts, "seed", manifest->seed);
+    facts_integer(&info->facts, "frame", manifest->frame);
+    if (manifest->scene_frame != manifest->frame) facts_integer(&info->facts, "scene_frame", manifest->scene_frame);
     facts_numbers(&info->facts, "samples", 2, (double[]){(double)manifest->samples[0], (double)manifest->samples[1]});
     if (manifest->crop_given) facts_integers(&info->facts, "crop", 4, manifest->crop);
     for (int l = 0; l < manifest->launch_count; l++)

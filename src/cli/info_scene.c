@@ -77,9 +77,10 @@ NphStatus info_scene(Info *info) {
     NphScene *scene = NULL;
     double lo[3], hi[3];
     char digest[33];
-    NPH_TRY(nph_scene_load(info->context, info->path, &scene));
+    NPH_TRY(nph_scene_load_frame(info->context, info->path, info->frame, &scene));
     nph_scene_bounds(scene, lo, hi);
     for (int i = 0; i < 16; i++) snprintf(digest + 2 * i, 3, "%02x", scene->digest[i]);
+    if (nph_scene_is_animated(scene)) facts_integer(facts, "animated_at_frame", scene->frame);
     facts_text(facts, "digest", digest);
     facts_numbers(facts, "bounds_min_m", 3, lo);
     facts_numbers(facts, "bounds_max_m", 3, hi);

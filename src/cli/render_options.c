@@ -43,9 +43,9 @@ void run_options_add(OptionTable *table, RunOptions *run) {
                                .meaning = "only the pixels from (X0, Y0), the upper left, up to, not including, (X1, Y1)"});
     option_add(table, (Option){.name = "frame", .letter = 'f', .kind = OPTION_INT, .target = &run->frame,
                                .value_name = "F", .min = 0, .max = 16777215.0,
-                               .meaning = "number of the frame: other random numbers for each"});
+                               .meaning = "number of the frame: the scene as of it, and other random numbers for each"});
     option_add(table, (Option){.name = "lock-noise", .kind = OPTION_FLAG, .target = &run->lock_noise,
-                               .meaning = "the same random numbers for every frame"});
+                               .meaning = "the same random numbers for every frame of the scene"});
     option_add(table, (Option){.name = "plan", .kind = OPTION_TEXT, .target = &run->plan, .value_name = "full",
                                .meaning = "leave nothing out that this scene does not need"});
 }

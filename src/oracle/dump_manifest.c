@@ -99,6 +99,7 @@ static void json_job(NphJson *json, const NphJob *job, const NphMethod *method, 
     nph_json_integer(json, "nephos_dump", 1);
     nph_json_text(json, "version", nph_version());
     nph_json_text(json, "scene", scene_name);
+    nph_json_integer(json, "scene_frame", job->scene->frame);
     nph_json_text(json, "scene_digest", digest);
     nph_json_text(json, "method", method->name);
     nph_json_text(json, "precision", job->precision == 32 ? "f32" : "f64");

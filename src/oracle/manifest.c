@@ -198,7 +198,7 @@ static NphStatus read_halves(NphJsonReader *r, const yaml_node_t *root, NphManif
 
 static NphStatus read_root(NphJsonReader *r, const yaml_node_t *root, void *made) {
     NphManifest *m = made;
-    int64_t version, seed, frame, crop[4] = {0};
+    int64_t version, seed, frame, scene_frame, crop[4] = {0};
     char *word = NULL;
     NPH_TRY(read_integer(r, root, "nephos_dump", 0, &version));
     if (version != 1) return nph_json_refuse(r, root, "is no manifest of a dump: expected \"nephos_dump\": 1", NULL);
@@ -207,6 +207,7 @@ static NphStatus read_root(NphJsonReader *r, const yaml_node_t *root, void *made
     NPH_TRY(read_text(r, root, "method", 1, &m->method));
     NPH_TRY(read_integer(r, root, "seed", 1, &seed));
     NPH_TRY(read_integer(r, root, "frame", 0, &frame));
+    NPH_TRY(read_integer(r, root, "scene_frame", frame, &scene_frame));
     NPH_TRY(read_integers(r, root, "samples", 2, m->samples, NULL));
     NPH_TRY(read_integers(r, root, "crop", 4, crop, &m->crop_given));
     NPH_TRY(read_text(r, root, "precision", 0, &word));
@@ -218,6 +219,7 @@ static NphStatus read_root(NphJsonReader *r, const yaml_node_t *root, void *made
     nph_free(r->context, word);
     m->seed = (uint32_t)seed;
     m->frame = (uint32_t)frame;
+    m->scene_frame = (uint32_t)scene_frame;
     for (int a = 0; a < 4; a++) m->crop[a] = (int)crop[a];
     NPH_TRY(read_knobs(r, root, m));
     NPH_TRY(read_numbers(r, root, "", 0, m));

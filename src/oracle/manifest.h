@@ -32,7 +32,7 @@ typedef struct NphManifestNumbers {
 typedef struct NphManifest {
     char *folder, *scene, *scene_digest, *method;
     int precision, plan_full;
-    uint32_t seed, frame;
+    uint32_t seed, frame, scene_frame; /* frame: of the random numbers */
     int64_t samples[2];
     int crop[4], crop_given;
     int knob_count, launch_count, number_count, half_count;

@@ -368,11 +368,12 @@ void nph_verification_free(NphContext *context, NphVerification *result) {
     *result = (NphVerification){.first = -1};
 }
 
-NphStatus nph_dump_scene_name(NphContext *context, const char *folder, char *name, size_t bytes) {
+NphStatus nph_dump_scene(NphContext *context, const char *folder, char *name, size_t bytes, uint32_t *frame) {
     NphManifest manifest;
     NPH_TRY(nph_manifest_read(context, folder, &manifest));
-    int fits = manifest.scene && strlen(manifest.scene) < bytes;
-    if (fits) memcpy(name, manifest.scene, strlen(manifest.scene) + 1);
+    int fits = !name || (manifest.scene && strlen(manifest.scene) < bytes);
+    if (fits) *frame = manifest.scene_frame;
+    if (fits && name) memcpy(name, manifest.scene, strlen(manifest.scene) + 1);
     nph_manifest_free(context, &manifest);
     return fits ? NPH_OK : nph_error(context, NPH_BAD_INPUT, "%s: its manifest names no scene", folder);
 }

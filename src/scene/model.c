@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * What a scene knows about itself once it is made: its bounds, its origin, the channels of a value. */
+ * What a scene knows about itself once it is made: its bounds, its origin, the channels of a value,
+ * its other frames. */
 #include "scene/model.h"
 
 #include <math.h>
 
 #include "core/memory.h"
+#include "core/message.h"
 
 static void free_scene_parts(NphContext *context, NphScene *scene) {
     for (int i = 0; i < scene->medium_count; i++) {
@@ -25,6 +27,9 @@ static void free_scene_parts(NphContext *context, NphScene *scene) {
     }
     nph_bvh_free(context, &scene->bvh);
     nph_free(context, scene->name);
+    nph_free(context, scene->source.text);
+    nph_free(context, scene->source.name);
+    nph_free(context, scene->source.folder);
 }
 
 void nph_scene_free(NphContext *context, NphScene *scene) {
@@ -32,6 +37,14 @@ void nph_scene_free(NphContext *context, NphScene *scene) {
     free_scene_parts(context, scene);
     nph_free(context, scene);
 }
+
+NphStatus nph_scene_at_frame(NphContext *context, const NphScene *scene, uint32_t frame, NphScene **other) {
+    if (scene->source.read) return scene->source.read(context, &scene->source, frame, other);
+    return nph_error(context, NPH_BAD_USAGE, "frame %u of %s: the scene was made without a text to read again", (unsigned)frame,
+                     scene->name ? scene->name : "a scene");
+}
+
+int nph_scene_is_animated(const NphScene *scene) { return scene->animated; }
 
 static void grow(double lo[3], double hi[3], int axis, double value) {
     if (value < lo[axis]) lo[axis] = value;
@@ -116,19 +129,4 @@ void nph_scene_channels(const NphScene *scene, int group, const double rgb[3], c
         out[c] = nph_scene_is_spectral(scene) ? spectrum[nph_wavelength_of(scene->wavelength_count, group, c, &repeated)]
                                               : rgb[c];
     }
-}
-
-int nph_scene_is_animated(const NphScene *scene) {
-    (void)scene;
-    return 0;
-}
-
-NphStatus nph_scene_at_frame(NphContext *context, const NphScene *scene, uint32_t frame, NphScene **other) {
-    (void)context, (void)scene, (void)frame, (void)other;
-    return NPH_BAD_USAGE;
-}
-
-NphStatus nph_scene_load_frame(NphContext *context, const char *path, uint32_t frame, NphScene **scene) {
-    (void)frame;
-    return nph_scene_load(context, path, scene);
 }

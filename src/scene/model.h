@@ -78,8 +78,18 @@ typedef struct NphPeriod {
     double lo[2], hi[2];
 } NphPeriod;
 
+/* What a scene was read from, to read it again at another frame. */
+typedef struct NphSceneSource {
+    char *text, *name, *folder; /* name: in messages; folder: where files are looked up */
+    size_t size;
+    NphStatus (*read)(NphContext *context, const struct NphSceneSource *source, uint32_t frame, NphScene **scene);
+} NphSceneSource;
+
 struct NphScene {
     char *name;                         /* file name without folder */
+    NphSceneSource source;              /* all 0: the scene was made without a text */
+    uint32_t frame;                     /* that it stands at */
+    int animated;                       /* another frame may differ */
     NphSensor sensor;
     NphPeriod period;
     int medium_count, light_count, surface_count;
@@ -90,7 +100,6 @@ struct NphScene {
                                            an entry a wavelength, and their RGB is the spectra's thirds */
     double wavelengths_nm[NPH_MAX_WAVELENGTHS]; /* rising */
     NphBvh bvh;                         /* of all meshes, in the order of surfaces, about nph_scene_origin; no nodes: none */
-    uint32_t frame;                     /* at which animated keys were read */
     int64_t default_spp;                /* render: section; overridden by the command line */
     uint32_t default_seed;
     uint8_t digest[16];                 /* XXH128 (canonical) of sensor, period, media, lights, surfaces with the contents of their

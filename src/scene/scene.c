@@ -63,23 +63,40 @@ static void close_reader(NphSceneReader *reader) {
     nph_free(reader->context, reader);
 }
 
-NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, const char *name, const char *folder,
-                          NphScene **scene) {
+static NphStatus read_again(NphContext *context, const NphSceneSource *source, uint32_t frame, NphScene **scene);
+
+static NphStatus keep_source(NphContext *context, const char *text, size_t size, const char *name, const char *folder,
+                             NphSceneSource *source) {
+    NPH_TRY(nph_strdup(context, name, &source->name));
+    NPH_TRY(nph_strdup(context, folder, &source->folder));
+    NPH_TRY(NPH_NEW(context, size, "text of a scene", &source->text));
+    memcpy(source->text, text, size);
+    source->size = size;
+    source->read = read_again;
+    return NPH_OK;
+}
+
+static NphStatus parse(NphContext *context, const char *text, size_t size, const char *name, const char *folder, uint32_t frame,
+                       NphScene **scene) {
     NphSceneReader *reader = NULL;
     NphScene *made = NULL;
     NphFloatState state;
+    if (frame > NPH_MAX_FRAME) return nph_error(context, NPH_BAD_USAGE, "frame: %u is above %d", (unsigned)frame, (int)NPH_MAX_FRAME);
     NPH_TRY(NPH_NEW(context, 1, "scene reader", &reader));
     reader->context = context;
     reader->name = name;
     reader->folder = folder && folder[0] ? folder : ".";
+    reader->frame = frame;
     NphStatus status = NPH_NEW(context, 1, "scene", &made);
     if (status == NPH_OK) {
         reader->scene = made;
+        made->frame = frame;
         status = nph_strdup(context, base_name(name), &made->name);
     }
     nph_float_state_enter(&state);
     if (status == NPH_OK) status = read_scene(reader, text, size);
     nph_float_state_leave(&state);
+    if (status == NPH_OK) status = keep_source(context, text, size, name, reader->folder, &made->source);
     close_reader(reader);
     if (status != NPH_OK) {
         nph_scene_free(context, made);
@@ -89,7 +106,16 @@ NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, co
     return NPH_OK;
 }
 
-NphStatus nph_scene_load(NphContext *context, const char *path, NphScene **scene) {
+static NphStatus read_again(NphContext *context, const NphSceneSource *source, uint32_t frame, NphScene **scene) {
+    return parse(context, source->text, source->size, source->name, source->folder, frame, scene);
+}
+
+NphStatus nph_scene_parse(NphContext *context, const char *text, size_t size, const char *name, const char *folder,
+                          NphScene **scene) {
+    return parse(context, text, size, name, folder, 0, scene);
+}
+
+NphStatus nph_scene_load_frame(NphContext *context, const char *path, uint32_t frame, NphScene **scene) {
     char *bytes = NULL, *folder = NULL;
     size_t size = 0, length = (size_t)(base_name(path) - path);
     struct stat facts;
@@ -101,9 +127,13 @@ NphStatus nph_scene_load(NphContext *context, const char *path, NphScene **scene
     status = nph_strdup(context, path, &folder);
     if (status == NPH_OK) {
         folder[length > 1 ? length - 1 : length] = 0; /* "a/b.yaml" -> "a", "/b.yaml" -> "/", "b.yaml" -> "" */
-        status = nph_scene_parse(context, bytes, size, path, folder, scene);
+        status = parse(context, bytes, size, path, folder, frame, scene);
     }
     nph_free(context, folder);
     nph_free(context, bytes);
     return status;
+}
+
+NphStatus nph_scene_load(NphContext *context, const char *path, NphScene **scene) {
+    return nph_scene_load_frame(context, path, 0, scene);
 }

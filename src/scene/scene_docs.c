@@ -55,7 +55,11 @@ static const char INTRODUCTION[] =
     "\n"
     "- Numbers are plain decimals, without quotes: `40`, `-3.5`, `.5`, `+3`, `1e5`. Hex, octal (a leading zero),\n"
     "  `1_000`, `1:30`, infinities and NaN are refused.\n"
-    "- Paths are relative to the folder of the scene file.\n"
+    "- Paths are relative to the folder of the scene file. In them `####` stands for the number of the frame with at least as many\n"
+    "  digits as there are `#`: `smoke.####.vdb` is smoke.0007.vdb at frame 7.\n"
+    "- A value that consists of numbers may change from frame to frame, see [animated](#animated):\n"
+    "  `azimuth: {frames: [0, 24, 48], values: [120, 150, 120]}`. What is read is the scene as of one frame: `--frame` of the\n"
+    "  command line, `nph_scene_load_frame`, else frame 0.\n"
     "- Anchors and aliases (`&a`, `*a`) may be used; merge keys (`<<`), tags (`!!float`) and several documents in one\n"
     "  file are refused. A file is UTF-8, at most 1 MiB.\n"
     "- Unknown and doubled keys are mistakes. Every mistake is reported as `FILE:LINE:COLUMN: what is wrong, what is\n"
@@ -77,6 +81,8 @@ static const char *type_text(NphKeyType type) {
     case NPH_KEY_WORD: return "word";
     case NPH_KEY_TEXT: return "text";
     case NPH_KEY_FILE: return "path";
+    case NPH_KEY_FRAMES: return "list of whole numbers";
+    case NPH_KEY_VALUES: return "list of values";
     case NPH_KEY_SECTION: return "mapping";
     case NPH_KEY_LIST: return "list";
     }
@@ -100,6 +106,8 @@ static void say_allowed(const Page *page, const NphSceneKey *key) {
         say(page, "at most %s, see [%s](#%s)", nph_limit_text(key->max, high), key->words, key->words);
     } else if (key->type == NPH_KEY_TEXT || key->type == NPH_KEY_FILE) {
         say(page, "%s to %s bytes", nph_limit_text(key->min, low), nph_limit_text(key->max, high));
+    } else if (key->type == NPH_KEY_VALUES) {
+        say(page, "as without frames");
     } else if (key->min == key->max) {
         say(page, "%s", nph_limit_text(key->min, low));
     } else {
@@ -148,6 +156,13 @@ static void say_rule(const Page *page, const NphSceneRule *rule) {
     say(page, ".\n");
 }
 
+static void say_animated(const Page *page) {
+    say(page, "\nValues that can be animated:");
+    for (int type = NPH_KEY_NUMBER, n = 0; type <= NPH_KEY_LIST; type++)
+        if (nph_key_animates((NphKeyType)type)) say(page, "%s %s", n++ ? ";" : "", type_text((NphKeyType)type));
+    say(page, ". All others, among them whole numbers and `wavelengths`, are the same at every frame.\n");
+}
+
 static void say_section(const Page *page, const NphSceneSectionInfo *info) {
     int count;
     const NphSceneKey *keys = nph_scene_section_keys(info->name, &count);
@@ -156,6 +171,7 @@ static void say_section(const Page *page, const NphSceneSectionInfo *info) {
     for (int i = 0; i < count; i++) say_key(page, info, &keys[i]);
     for (int i = 0; i < nph_scene_rule_count; i++)
         if (strcmp(nph_scene_rules[i].section, info->name) == 0) say_rule(page, &nph_scene_rules[i]);
+    if (strcmp(info->name, "animated") == 0) say_animated(page);
 }
 
 void nph_scene_keys_markdown(NphTextFn write, void *user) {

@@ -99,6 +99,17 @@ static void put_value(NphJson *json, const NphSceneKey *row) {
         nph_json_number(json, "minLength", row->min);
         nph_json_number(json, "maxLength", row->max);
         break;
+    case NPH_KEY_FRAMES:
+        nph_json_text(json, "type", "array");
+        nph_json_number(json, "minItems", 1);
+        nph_json_number(json, "maxItems", NPH_MAX_KEY_FRAMES);
+        put_number(json, "items", row, "integer");
+        break;
+    case NPH_KEY_VALUES: /* each as put_still_or_animated says */
+        nph_json_text(json, "type", "array");
+        nph_json_number(json, "minItems", 1);
+        nph_json_number(json, "maxItems", NPH_MAX_KEY_FRAMES);
+        break;
     case NPH_KEY_SECTION: put_reference(json, row->words); break;
     case NPH_KEY_LIST:
         nph_json_text(json, "type", "array");
@@ -110,6 +121,25 @@ static void put_value(NphJson *json, const NphSceneKey *row) {
     }
 }
 
+/* A value of an animated key is held against the key's own, in place of `values` and alone. */
+static void put_still_or_animated(NphJson *json, const NphSceneKey *row) {
+    if (!nph_key_animates(row->type)) {
+        put_value(json, row);
+        return;
+    }
+    nph_json_array(json, "anyOf");
+    nph_json_object(json, NULL);
+    put_value(json, row);
+    nph_json_close(json);
+    nph_json_object(json, NULL);
+    put_reference(json, "animated");
+    nph_json_object(json, "properties");
+    nph_json_object(json, "values");
+    nph_json_object(json, "items");
+    put_value(json, row);
+    for (int i = 0; i < 5; i++) nph_json_close(json);
+}
+
 static void put_property(NphJson *json, const NphSceneSectionInfo *info, const NphSceneKey *row, const char *variant) {
     char text[400], pattern[32];
     nph_json_object(json, row->key);
@@ -119,7 +149,7 @@ static void put_property(NphJson *json, const NphSceneSectionInfo *info, const N
     if (decides && row->type == NPH_KEY_WORD) {
         nph_json_text(json, "const", variant);
     } else {
-        put_value(json, row);
+        put_still_or_animated(json, row);
         if (decides) {
             snprintf(pattern, sizeof pattern, "\\.%s$", variant);
             nph_json_text(json, "pattern", pattern);

@@ -19,12 +19,33 @@
 
 static const double MOST_PER_M = 1e9;
 
-NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, char **path) {
+/* Copies a name, each run of # replaced by at least as many digits of number; to NULL: only counts. Returns the length. */
+static size_t number_file(const char *name, uint32_t number, char *to) {
+    size_t used = 0;
+    while (*name) {
+        size_t run = strspn(name, "#"), plain = strcspn(name, "#");
+        char digits[16];
+        if (to) memcpy(to + used, name, plain);
+        used += plain;
+        if (run > 0) {
+            size_t length = (size_t)snprintf(digits, sizeof digits, "%u", (unsigned)number);
+            size_t zeros = run > length ? run - length : 0;
+            if (to) memset(to + used, '0', zeros);
+            if (to) memcpy(to + used + zeros, digits, length);
+            used += zeros + length;
+        }
+        name += run + plain;
+    }
+    return used;
+}
+
+NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, uint32_t number, char **path) {
     char *full = NULL, quote[NPH_QUOTE_BYTES], reason[96] = "it is not a regular file";
     const char *folder = value->text[0] == '/' ? "" : reader->folder, *slash = folder[0] ? "/" : "";
-    size_t size = strlen(folder) + strlen(slash) + strlen(value->text) + 1;
-    NPH_TRY(NPH_NEW(reader->context, size, "path", &full));
-    snprintf(full, size, "%s%s%s", folder, slash, value->text);
+    size_t begin = strlen(folder) + strlen(slash);
+    NPH_TRY(NPH_NEW(reader->context, begin + number_file(value->text, number, NULL) + 1, "path", &full));
+    snprintf(full, begin + 1, "%s%s", folder, slash);
+    full[begin + number_file(value->text, number, full + begin)] = 0;
     struct stat facts;
     errno = 0;
     int regular = stat(full, &facts) == 0 && S_ISREG(facts.st_mode) && access(full, R_OK) == 0;

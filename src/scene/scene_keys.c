@@ -58,6 +58,11 @@ int nph_words_apply(const char *words, const char *variant) {
     return !words || !variant || nph_words_index(words, variant) >= 0;
 }
 
+int nph_key_animates(NphKeyType type) {
+    return type == NPH_KEY_NUMBER || type == NPH_KEY_RGB || type == NPH_KEY_FACTORS || type == NPH_KEY_VECTOR ||
+           type == NPH_KEY_INTERVAL || type == NPH_KEY_BOX || type == NPH_KEY_MATRIX;
+}
+
 int nph_edit_distance(const char *a, const char *b) {
     int rows[3][NPH_WORD_MAX + 1];
     size_t na = strlen(a), nb = strlen(b);

@@ -12,6 +12,8 @@
 
 #include "core/json.h"
 
+enum { NPH_MAX_FRAME = 16777215, NPH_MAX_KEY_FRAMES = 4096 };
+
 typedef enum NphKeyType {
     NPH_KEY_NUMBER,     /* one number */
     NPH_KEY_WHOLE,      /* one whole number */
@@ -26,7 +28,9 @@ typedef enum NphKeyType {
     NPH_KEY_MATRIX,     /* 12 numbers, row-major 3x4 */
     NPH_KEY_WORD,       /* one of `words` */
     NPH_KEY_TEXT,
-    NPH_KEY_FILE,       /* a path, relative to the scene file */
+    NPH_KEY_FILE,       /* a path, relative to the scene file; # stands for digits of the frame */
+    NPH_KEY_FRAMES,     /* 1 to NPH_MAX_KEY_FRAMES rising whole numbers */
+    NPH_KEY_VALUES,     /* as many values of an animated key */
     NPH_KEY_SECTION,    /* a mapping; `words` names the section */
     NPH_KEY_LIST        /* a list of mappings; `words` names the section */
 } NphKeyType;
@@ -66,6 +70,9 @@ extern const int nph_scene_rule_count;
 const NphSceneSectionInfo *nph_scene_section_info(const char *name);
 /* First row of a section; *count rows follow. */
 const NphSceneKey *nph_scene_section_keys(const char *section, int *count);
+
+/* 1 where {frames, values} may stand in place of a value. */
+int nph_key_animates(NphKeyType type);
 
 /* Position of a word in "a|b|c", or -1. */
 int nph_words_index(const char *words, const char *word);

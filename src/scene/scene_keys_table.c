@@ -32,6 +32,9 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "size, not its extinction."},
     {"density", "a density", "file", "nvdb|npy|txt|vol|pbrt|vdb",
      "A density volume from a file, by its ending: `.nvdb`, `.vdb`, `.npy`, `.txt`, `.vol` or `.pbrt`."},
+    {"numbers", "a sequence of files", NULL, NULL,
+     "For files that do not exist for every frame: # in the name of the file stands for the last of the numbers `first`, `first` + `step`, "
+     "... `last` that is not above the frame, or for `first`. Without it # stands for the frame itself."},
     {"emission", "an emission", "type", EMISSIONS,
      "Light that a medium gives off, alike in all directions. `volume`: radiance per metre, times the value of a grid. "
      "`blackbody`: absorption times Planck's radiance of a temperature, in W/m2/sr/nm: R, G, B are the means over the "
@@ -60,6 +63,12 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "once a period, without end: light that leaves through one side comes in through the other. A medium that reaches "
      "nowhere into the interval is refused, and so are point lights and meshes (level planes may be there)."},
     {"render", "render", NULL, NULL, "Defaults of a run; the command line has the last word."},
+    {"animated", "an animated value", NULL, NULL,
+     "In place of a value that consists of numbers: keys, of which each is a frame and the value that it has there, written as it would "
+     "be alone. Between two keys every number goes in a straight line; before the first and after the last it stays. Directions and axes "
+     "are normalised afterwards: halfway between two they point halfway, but do not turn at an even speed. A matrix goes entry by entry, "
+     "which is no rotation; animate `angle`. A number for all channels may be followed by one for each. What a value must fulfil "
+     "together with others (a direction of length 0, a scale of 0 on the way from 1 to -1) is checked at the frame that is read."},
 };
 const int nph_scene_section_count = (int)(sizeof nph_scene_sections / sizeof nph_scene_sections[0]);
 
@@ -130,6 +139,8 @@ const NphSceneKey nph_scene_keys[] = {
      "water content and effective radius, whose density is then its extinction in 1/m (use `extinction: 1`). `.vol`: Mitsuba's grid volume with one channel. "
      "`.pbrt`: the density of a named medium (`uniformgrid`, or pbrt-v3's `heterogeneous`). Both lie in the box that the "
      "file states; what else the file says, coefficients and transforms, is not taken over."},
+    {"density", "numbers", NPH_KEY_SECTION, 0, 0, "", "numbers", NULL, NULL,
+     "Which files of a sequence there are (`file` with #); left out: one for every frame."},
     {"density", "grid", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, "nvdb|vdb|pbrt",
      "Name of the grid (of the medium); left out: the only one, else `density`."},
     {"density", "lookup", NPH_KEY_WORD, 0, 0, "", "trilinear|nearest", "trilinear", NULL, "Between the samples."},
@@ -144,6 +155,10 @@ const NphSceneKey nph_scene_keys[] = {
      "What a trilinear lookup near the border of the box finds beyond it: zero, or the border's value."},
     {"density", "outside", NPH_KEY_WORD, 0, 0, "", "zero|clamp", "clamp", "vol", "The same; as Mitsuba does it."},
     {"density", "box", NPH_KEY_BOX, -FAR_M, FAR_M, "m", NULL, REQUIRED, "npy", "Where the array lies."},
+
+    {"numbers", "first", NPH_KEY_WHOLE, 0, NPH_MAX_FRAME, "", NULL, REQUIRED, NULL, "Number of the first file."},
+    {"numbers", "last", NPH_KEY_WHOLE, 0, NPH_MAX_FRAME, "", NULL, REQUIRED, NULL, "Of the last one: a whole number of steps further."},
+    {"numbers", "step", NPH_KEY_WHOLE, 1, NPH_MAX_FRAME, "", NULL, "1", NULL, "From one file to the next."},
 
     {"emission", "type", NPH_KEY_WORD, 0, 0, "", EMISSIONS, REQUIRED, NULL, "Kind of emission."},
     {"emission", "radiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m3/sr", NULL, REQUIRED, "volume",
@@ -210,5 +225,8 @@ const NphSceneKey nph_scene_keys[] = {
 
     {"render", "samples", NPH_KEY_WHOLE, 1, 2147483647, "per pixel", NULL, "64", NULL, "Rounded up to a multiple of 16."},
     {"render", "seed", NPH_KEY_WHOLE, 0, 4294967295.0, "", NULL, "1", NULL, "Of the random numbers."},
+
+    {"animated", "frames", NPH_KEY_FRAMES, 0, NPH_MAX_FRAME, "", NULL, REQUIRED, NULL, "At most 4096, rising."},
+    {"animated", "values", NPH_KEY_VALUES, 0, 0, "", NULL, REQUIRED, NULL, "One for each of the frames."},
 };
 const int nph_scene_key_count = (int)(sizeof nph_scene_keys / sizeof nph_scene_keys[0]);

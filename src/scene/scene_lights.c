@@ -69,7 +69,7 @@ static NphStatus read_environment(NphSceneReader *reader, const NphSceneSection 
     if (rotation) light->rotation_rad = rotation->number[0] * (PI / 180);
     if (!file) return NPH_OK;
     map->place = file->place;
-    return nph_scene_file_path(reader, file, "environment map", &map->path);
+    return nph_scene_file_path(reader, file, "environment map", reader->frame, &map->path);
 }
 
 static NphStatus read_light(NphSceneReader *reader, const yaml_node_t *node, int index) {

@@ -27,6 +27,23 @@ static NphStatus read_name(NphSceneReader *reader, const NphSceneSection *sectio
     return nph_strdup(reader->context, text, &media[index].name);
 }
 
+/* Which file of a sequence that is sparser than frames: the last one that is not ahead of the frame, from the first on. */
+static uint32_t number_of_file(NphSceneReader *reader, const NphSceneValue *value, const NphSceneValue *file) {
+    NphSceneSection section;
+    if (!value || !nph_section_read(reader, value->node, "numbers", &section)) return reader->frame;
+    const NphSceneValue *first = nph_section_value(&section, "first"), *last = nph_section_value(&section, "last");
+    const NphSceneValue *step = nph_section_value(&section, "step");
+    if (!first || !last || !step) return reader->frame;
+    int64_t from = (int64_t)first->number[0], to = (int64_t)last->number[0], by = (int64_t)step->number[0], at = reader->frame;
+    if (to < from || (to - from) % by != 0)
+        nph_scene_mistake(reader, last->place, "last is %lld; expected first, %lld, plus a whole number of steps of %lld", (long long)to,
+                          (long long)from, (long long)by);
+    if (!strchr(file->text, '#'))
+        nph_scene_mistake(reader, value->place, "numbers is given, but no # in the name of the file stands for one");
+    if (at > to) at = to;
+    return (uint32_t)(at < from ? from : from + (at - from) / by * by);
+}
+
 NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume) {
     NphSceneSection density;
     if (!nph_section_read(reader, value->node, "density", &density)) return NPH_OK;
@@ -45,7 +62,9 @@ NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *va
         memcpy(volume->lo, box->number, sizeof volume->lo);
         memcpy(volume->hi, box->number + 3, sizeof volume->hi);
     }
-    return nph_scene_file_path(reader, file, "volume", &volume->path);
+    int mistakes = reader->mistakes;
+    uint32_t number = number_of_file(reader, nph_section_value(&density, "numbers"), file);
+    return reader->mistakes > mistakes ? NPH_OK : nph_scene_file_path(reader, file, "volume", number, &volume->path);
 }
 
 static NphStatus read_shape(NphSceneReader *reader, const NphSceneSection *section, NphMedium *medium,
@@ -107,7 +126,7 @@ static NphStatus read_phase(NphSceneReader *reader, const NphSceneValue *value, 
     if (alpha) phase->alpha = alpha->number[0];
     if (!file) return NPH_OK;
     table->place = file->place;
-    return nph_scene_file_path(reader, file, "table of the phase function", &table->path);
+    return nph_scene_file_path(reader, file, "table of the phase function", reader->frame, &table->path);
 }
 
 /* A transformed medium must stay where doubles are fine. A grid's own box is known once it is loaded. */

@@ -18,6 +18,7 @@ enum { NPH_SECTION_KEYS = 20, NPH_SHOWN_MISTAKES = 50, NPH_QUOTE_BYTES = 64, NPH
 
 typedef struct NphScenePlace {
     int line, column; /* from 1 */
+    int animated;     /* what stands there depends on the frame */
 } NphScenePlace;
 
 /* What a medium, light or surface names and is loaded once the whole file has been checked. Texts belong to the document. */
@@ -56,6 +57,7 @@ typedef struct NphSceneReader {
     int has_document;
     int mistakes;   /* in the scene */
     int bad_inputs; /* in files it names */
+    uint32_t frame;
     int unsure;     /* the wavelengths are wrong: lists of any length go for RGB */
     NphSceneFile volumes[NPH_MAX_MEDIA], phases[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
@@ -101,8 +103,16 @@ const char *nph_text_quote(const char *text, size_t length, char *buffer);
 /* scene_value.c: one value of a key; 0 when mistakes were reported. */
 int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value);
 void nph_value_default(const NphSceneKey *key, NphSceneValue *value);
+/* The same of one that may not be animated; then what holds between its numbers. */
+int nph_value_read_still(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value);
+int nph_value_check(NphSceneReader *reader, const NphSceneKey *key, const NphSceneValue *value);
 /* 1 for an empty value or null. */
 int nph_node_is_null(const yaml_node_t *node);
+
+/* scene_animated.c: {frames, values} in place of a value, as of the reader's frame. */
+int nph_animated_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value);
+/* 1 for a mapping that is meant to be one: a key of it is frames or values, or nearly so. */
+int nph_animated_meant(NphSceneReader *reader, const yaml_node_t *node);
 
 /* scene_wavelengths.c: the wavelengths key, taken before all others; what an RGB key says, as three numbers and, where
  * there are wavelengths, as a spectrum; what does not go with them. */
@@ -135,8 +145,9 @@ NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
 /* scene_media.c: a section of a density file. */
 NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume);
 
-/* scene_files.c: the path of a file named at a place; a file that cannot be read is reported as bad input. */
-NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, char **path);
+/* scene_files.c: the path of a file named at a place, `number` in place of each run of #; a file that cannot be read is reported as
+ * bad input. */
+NphStatus nph_scene_file_path(NphSceneReader *reader, const NphSceneValue *value, const char *what, uint32_t number, char **path);
 NphStatus nph_scene_load_files(NphSceneReader *reader);
 /* A file's own failure is noted at its place, and the next one is tried; what concerns the run ends it. */
 NphStatus nph_scene_note(NphSceneReader *reader, const NphSceneFile *file, const char *what, NphStatus status);

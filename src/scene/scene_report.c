@@ -10,14 +10,16 @@
 enum { NPH_MISTAKE_BYTES = 1200 };
 
 NphScenePlace nph_node_place(const yaml_node_t *node) {
-    NphScenePlace place = {(int)node->start_mark.line + 1, (int)node->start_mark.column + 1};
+    NphScenePlace place = {.line = (int)node->start_mark.line + 1, .column = (int)node->start_mark.column + 1};
     return place;
 }
 
 static void report(NphSceneReader *reader, NphStatus status, NphScenePlace place, const char *text) {
     int before = reader->mistakes + reader->bad_inputs - 1;
+    char when[32] = "";
+    if (place.animated) snprintf(when, sizeof when, " (at frame %u)", (unsigned)reader->frame);
     if (before < NPH_SHOWN_MISTAKES)
-        nph_error(reader->context, status, "%s:%d:%d: %s", reader->name, place.line, place.column, text);
+        nph_error(reader->context, status, "%s:%d:%d: %s%s", reader->name, place.line, place.column, text, when);
     else if (before == NPH_SHOWN_MISTAKES)
         nph_error(reader->context, status, "%s: more than %d mistakes; the others are not shown", reader->name,
                   (int)NPH_SHOWN_MISTAKES);

@@ -39,7 +39,7 @@ static NphStatus read_mesh(NphSceneReader *reader, const NphSceneSection *sectio
     file->kind = ending && strcmp(ending, ".ply") == 0;
     if (!ending || (!file->kind && strcmp(ending, ".obj") != 0))
         nph_scene_mistake(reader, mesh->place, "mesh: %s ends in none of .obj, .ply", nph_node_quote(mesh->node, quote));
-    return nph_scene_file_path(reader, mesh, "mesh", &file->path);
+    return nph_scene_file_path(reader, mesh, "mesh", reader->frame, &file->path);
 }
 
 static NphStatus read_surface(NphSceneReader *reader, const yaml_node_t *node, int index) {

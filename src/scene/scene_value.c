@@ -32,6 +32,8 @@ static const char *shape_of(NphKeyType type) {
     case NPH_KEY_WORD: return "a word";
     case NPH_KEY_TEXT: return "text";
     case NPH_KEY_FILE: return "the path of a file";
+    case NPH_KEY_FRAMES: return "a list of 1 to 4096 whole numbers";
+    case NPH_KEY_VALUES: return "a list of values, one for each frame";
     case NPH_KEY_SECTION: return "a mapping (key: value)";
     case NPH_KEY_LIST: return "a list of mappings (- key: value), or [] for none";
     }
@@ -39,13 +41,15 @@ static const char *shape_of(NphKeyType type) {
 }
 
 static int is_whole(NphKeyType type) {
-    return type == NPH_KEY_WHOLE || type == NPH_KEY_RESOLUTION || type == NPH_KEY_CROP;
+    return type == NPH_KEY_WHOLE || type == NPH_KEY_RESOLUTION || type == NPH_KEY_CROP || type == NPH_KEY_FRAMES;
 }
 
 static int wrong_kind(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node) {
     char quote[NPH_QUOTE_BYTES];
     if (nph_node_is_null(node))
         nph_scene_mistake(reader, nph_node_place(node), "%s has no value; expected %s", key->key, shape_of(key->type));
+    else if (nph_animated_meant(reader, node))
+        nph_scene_mistake(reader, nph_node_place(node), "%s cannot be animated here; expected %s", key->key, shape_of(key->type));
     else
         nph_scene_mistake(reader, nph_node_place(node), "%s is %s; expected %s", key->key, nph_node_quote(node, quote),
                           shape_of(key->type));
@@ -119,14 +123,14 @@ static int read_numbers(NphSceneReader *reader, const NphSceneKey *key, const ya
     return right;
 }
 
-static int check_rising(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, const double *low,
+static int check_rising(NphSceneReader *reader, const NphSceneKey *key, NphScenePlace place, const double *low,
                         const double *high, int count) {
     static const char *const axes[] = {"x", "y", "z"};
     char a[NPH_DOUBLE_TEXT], b[NPH_DOUBLE_TEXT];
     int right = 1;
     for (int i = 0; i < count; i++) {
         if (low[i] < high[i]) continue;
-        nph_scene_mistake(reader, nph_node_place(node),
+        nph_scene_mistake(reader, place,
                           "%s is %s%s%s: from %s to %s; the first number is the lower one", key->key,
                           low[i] == high[i] ? "flat" : "inverted", count > 1 ? " along " : "", count > 1 ? axes[i] : "",
                           nph_format_double(low[i], a), nph_format_double(high[i], b));
@@ -144,35 +148,46 @@ static int read_box(NphSceneReader *reader, const NphSceneKey *key, const yaml_n
         return 0;
     }
     int right = read_numbers(reader, key, yaml_document_get_node(&reader->document, items[0]), 3, corners);
-    right &= read_numbers(reader, key, yaml_document_get_node(&reader->document, items[1]), 3, corners + 3);
-    return right && check_rising(reader, key, node, corners, corners + 3, 3);
+    return right & read_numbers(reader, key, yaml_document_get_node(&reader->document, items[1]), 3, corners + 3);
+}
+
+/* Entries of a list of 1 to most; 0 where it is none. */
+static int list_length(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, int most) {
+    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(reader, key, node);
+    int given = (int)(node->data.sequence.items.top - node->data.sequence.items.start);
+    if (given >= 1 && given <= most) return given;
+    nph_scene_mistake(reader, nph_node_place(node), "%s has %d entries; expected a list of 1 to %d %s", key->key, given, most,
+                      key->type == NPH_KEY_FRAMES ? "whole numbers" : key->type == NPH_KEY_VALUES ? "values" : "numbers");
+    return 0;
 }
 
 /* The numbers of a list of any length that fits. */
 static int read_list(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
-    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(reader, key, node);
-    yaml_node_item_t *items = node->data.sequence.items.start;
-    int given = (int)(node->data.sequence.items.top - items);
-    if (given < 1 || given > NPH_MAX_WAVELENGTHS) {
-        nph_scene_mistake(reader, nph_node_place(node), "%s has %d entries; expected a list of 1 to %d numbers", key->key,
-                          given, (int)NPH_MAX_WAVELENGTHS);
-        return 0;
-    }
+    int given = list_length(reader, key, node, NPH_MAX_WAVELENGTHS);
+    if (!given) return 0;
     value->count = given;
     return read_numbers(reader, key, node, given, value->number);
 }
 
+/* Wavelengths are kept; of frames there may be more than a value has room for. */
 static int read_rising(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
-    if (!read_list(reader, key, node, value)) return 0;
-    for (int i = 1; i < value->count; i++) {
-        if (value->number[i - 1] < value->number[i]) continue;
+    int kept = key->type == NPH_KEY_SPECTRUM, right = 1, above = 1;
+    int given = list_length(reader, key, node, kept ? NPH_MAX_WAVELENGTHS : NPH_MAX_KEY_FRAMES);
+    double before = 0, number = 0;
+    for (int i = 0; i < given; i++) {
         yaml_node_t *entry = yaml_document_get_node(&reader->document, node->data.sequence.items.start[i]);
         char quote[NPH_QUOTE_BYTES];
-        nph_scene_mistake(reader, nph_node_place(entry), "%s: %s does not lie above the one before", key->key,
-                          nph_node_quote(entry, quote));
-        return 0;
+        right &= read_number(reader, key, entry, &number);
+        if (right && above && i > 0 && !(before < number)) {
+            nph_scene_mistake(reader, nph_node_place(entry), "%s: %s does not lie above the one before", key->key,
+                              nph_node_quote(entry, quote));
+            above = 0;
+        }
+        if (kept) value->number[i] = number;
+        before = number;
     }
-    return 1;
+    value->count = given;
+    return given && right && above;
 }
 
 /* One number for all channels, or one for each: three, or as many as there are wavelengths. */
@@ -250,24 +265,30 @@ static int check_list(NphSceneReader *reader, const NphSceneKey *key, const yaml
     return 1;
 }
 
-int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
+int nph_value_check(NphSceneReader *reader, const NphSceneKey *key, const NphSceneValue *value) {
+    const double *number = value->number;
+    if (key->type == NPH_KEY_INTERVAL) return check_rising(reader, key, value->place, number, number + 1, 1);
+    return key->type != NPH_KEY_BOX || check_rising(reader, key, value->place, number, number + 3, 3);
+}
+
+int nph_value_read_still(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
     double *number = value->number;
+    int right = 0;
     value->given = 1;
     value->place = nph_node_place(node);
     value->node = node;
-    int right = 0;
     switch (key->type) {
     case NPH_KEY_NUMBER:
     case NPH_KEY_WHOLE: right = read_number(reader, key, node, number); break;
     case NPH_KEY_RGB: right = read_channels(reader, key, node, value); break;
-    case NPH_KEY_SPECTRUM: right = read_rising(reader, key, node, value); break;
+    case NPH_KEY_SPECTRUM:
+    case NPH_KEY_FRAMES: right = read_rising(reader, key, node, value); break;
+    case NPH_KEY_VALUES: right = list_length(reader, key, node, NPH_MAX_KEY_FRAMES) > 0; break;
     case NPH_KEY_FACTORS: right = read_one_or_three(reader, key, node, number); break;
     case NPH_KEY_VECTOR: right = read_numbers(reader, key, node, 3, number); break;
     case NPH_KEY_RESOLUTION: right = read_numbers(reader, key, node, 2, number); break;
     case NPH_KEY_CROP: right = read_numbers(reader, key, node, 4, number); break;
-    case NPH_KEY_INTERVAL:
-        right = read_numbers(reader, key, node, 2, number) && check_rising(reader, key, node, number, number + 1, 1);
-        break;
+    case NPH_KEY_INTERVAL: right = read_numbers(reader, key, node, 2, number); break;
     case NPH_KEY_BOX: right = read_box(reader, key, node, number); break;
     case NPH_KEY_MATRIX: right = read_numbers(reader, key, node, 12, number); break;
     case NPH_KEY_WORD:
@@ -276,7 +297,15 @@ int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_no
     case NPH_KEY_SECTION: right = node->type == YAML_MAPPING_NODE || wrong_kind(reader, key, node); break;
     case NPH_KEY_LIST: right = check_list(reader, key, node); break;
     }
-    value->valid = right;
+    value->valid = right && nph_value_check(reader, key, value);
+    return value->valid;
+}
+
+int nph_value_read(NphSceneReader *reader, const NphSceneKey *key, const yaml_node_t *node, NphSceneValue *value) {
+    if (nph_key_animates(key->type) && nph_animated_meant(reader, node)) return nph_animated_read(reader, key, node, value);
+    int right = nph_value_read_still(reader, key, node, value);
+    value->place.animated = right && key->type == NPH_KEY_FILE && strchr(value->text, '#');
+    reader->scene->animated |= value->place.animated;
     return right;
 }
 

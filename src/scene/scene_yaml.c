@@ -12,7 +12,7 @@ enum { NPH_SCENE_DEPTH = 16, NPH_SCENE_ANCHORS = 256 };
 
 /* Line and column (in characters) of a byte. */
 static NphScenePlace place_of_byte(const char *text, size_t offset) {
-    NphScenePlace place = {1, 1};
+    NphScenePlace place = {.line = 1, .column = 1};
     for (size_t i = 0; i < offset; i++) {
         unsigned char byte = (unsigned char)text[i];
         int crlf = byte == '\r' && i + 1 < offset && text[i + 1] == '\n';
@@ -27,7 +27,7 @@ static NphScenePlace place_of_byte(const char *text, size_t offset) {
 }
 
 static NphScenePlace place_of_mark(yaml_mark_t mark) {
-    NphScenePlace place = {(int)mark.line + 1, (int)mark.column + 1};
+    NphScenePlace place = {.line = (int)mark.line + 1, .column = (int)mark.column + 1};
     return place;
 }
 
@@ -46,7 +46,7 @@ static size_t utf8_length(const unsigned char *text, size_t left) {
 }
 
 static int check_bytes(NphSceneReader *reader) {
-    NphScenePlace start = {1, 1};
+    NphScenePlace start = {.line = 1, .column = 1};
     const char *text = reader->text;
     const unsigned char *bytes = (const unsigned char *)text;
     size_t size = reader->size;
@@ -171,7 +171,7 @@ static NphStatus open_parser(NphSceneReader *reader, yaml_parser_t *parser) {
 
 NphStatus nph_scene_document(NphSceneReader *reader, const char *text, size_t size) {
     yaml_parser_t parser;
-    NphScenePlace start = {1, 1};
+    NphScenePlace start = {.line = 1, .column = 1};
     int whole = 0;
     int mark = size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0; /* UTF-8's byte order mark */
     reader->text = mark ? text + 3 : text;

@@ -13,6 +13,8 @@
 #define HEAD "nephos: 1\n" CAMERA /* lines 1 and 2 */
 #define MEDIUM HEAD "media:\n  - box: [[0, 0, 0], [1, 1, 1]]\n    extinction: 1\n" /* lines 3 to 5 */
 #define LIGHTS HEAD "lights:\n  - " /* line 4, column 5 */
+#define ANIMATED MEDIUM "    albedo: " /* line 6, column 13 */
+#define SEQUENCE HEAD "media:\n  - {density: {box: [[0, 0, 0], [1, 1, 1]], file: "
 
 typedef struct Wrong {
     const char *text;
@@ -320,6 +322,47 @@ static const Wrong wrong[] = {
     {LIGHTS "{type: point, intensity: 1, position: 3}\n", 4, 43, "position is '3'; expected three numbers, [x, y, z]", 1},
     {LIGHTS "{type: environment}\n", 4, 5, "a light lacks file", 1},
     {LIGHTS "{type: environment, file: /dev/null/a.exr, scale: -1}\n", 4, 55, "scale is '-1'", 2},
+
+    /* values that change over frames: each is read, whatever the frame (here 0) */
+    {ANIMATED "{frames: [0, 8], values: [0.5]}\n", 6, 38, "values has 1 entries, frames has 2; expected as many", 1},
+    {ANIMATED "{frames: [0, 8, 8], values: [0, 0.5, 1]}\n", 6, 29, "frames: '8' does not lie above the one before", 1},
+    {ANIMATED "{frames: [8, 0], values: [0, 1]}\n", 6, 26, "frames: '0' does not lie above the one before", 1},
+    {ANIMATED "{frames: [0, 0.5], values: [0, 1]}\n", 6, 26, "frames: '0.5' is not a whole number", 1},
+    {ANIMATED "{frames: [-1, 0], values: [0, 1]}\n", 6, 23, "frames is '-1'; allowed: 0 to 16777215", 1},
+    {ANIMATED "{frames: [0, 16777216], values: [0, 1]}\n", 6, 26, "frames is '16777216'; allowed: 0 to 16777215", 1},
+    {ANIMATED "{frames: [], values: []}\n", 6, 22, "frames has 0 entries; expected a list of 1 to 4096 whole numbers", 2},
+    {ANIMATED "{frames: 0, values: [1]}\n", 6, 22, "frames is '0'; expected a list of 1 to 4096 whole numbers", 1},
+    {ANIMATED "{frames: [0], values: 1}\n", 6, 35, "values is '1'; expected a list of values, one for each frame", 1},
+    {ANIMATED "{frames: [0]}\n", 6, 13, "an animated value lacks values", 1},
+    {ANIMATED "{values: [0]}\n", 6, 13, "an animated value lacks frames", 1},
+    {ANIMATED "{frame: [0], values: [0]}\n", 6, 14, "unknown key 'frame' in an animated value; did you mean 'frames'?", 2},
+    {ANIMATED "{frames: [0], values: [0], step: 2}\n", 6, 40, "unknown key 'step' in an animated value; it belongs to", 1},
+    {ANIMATED "{frames: [0], frames: [0], values: [0]}\n", 6, 27, "frames is given twice", 1},
+    {ANIMATED "{frames: [0, 5, 9], values: [1, 0, 1.5]}\n", 6, 48, "albedo is '1.5'; allowed: 0 to 1", 1},
+    {ANIMATED "{frames: [0, 5, 9], values: [1, [0, 1], half]}\n", 6, 45, "albedo has 2 entries; expected a number or three", 2},
+    {ANIMATED "{frames: [0, 5, 9], values: [1, [0, 1], half]}\n", 6, 53, "albedo: 'half' is not a number", 2},
+    {ANIMATED "{frames: [0, 5], values: [1, '1']}\n", 6, 42, "albedo: '1' is quoted text", 1},
+    {ANIMATED "{frames: [0, 5], values: [1, ~]}\n", 6, 42, "albedo has no value", 1},
+    {ANIMATED "{frames: [0, 5], values: [1, {frames: [0], values: [1]}]}\n", 6, 42, "albedo cannot be animated here; expected a number", 1},
+    {ANIMATED "&a {frames: [0, 5], values: [1, *a]}\n", 6, 13, "albedo cannot be animated here; expected a number", 1},
+    {ANIMATED "{frames: &a [*a, 5], values: [1, 1]}\n", 6, 22, "frames is a list; expected a list of 1 to 4096", 1},
+    {HEAD "media: [{layer: {frames: [0, 9], values: [[0, 1], [3, 2]]}, extinction: 1}]\n", 3, 51, "layer is inverted: from 3 to 2", 1},
+    {HEAD "media: [{box: {frames: [0], values: [[[0, 0, 0], [1, 0, 1]]]}, extinction: 1}]\n", 3, 38, "box is flat along y", 1},
+    {MEDIUM "    transform: [{rotate: {axis: [0, 0, 1], angle: {frames: [0, 4], values: [0, 3601]}}}]\n", 6, 80,
+     "angle is '3601'; allowed: -3600 to 3600 degrees", 1},
+    {"nephos: {frames: [0], values: [1]}\n" CAMERA, 1, 9, "nephos cannot be animated here; expected a whole number", 1},
+    {HEAD "render: {samples: {frames: [0], values: [1]}}\n", 3, 19, "samples cannot be animated here", 1},
+    {HEAD "wavelengths: {frames: [0], values: [[500]]}\n", 3, 14, "wavelengths cannot be animated here", 1},
+    {HEAD "media: {frames: [0], values: [[]]}\n", 3, 8, "media cannot be animated here; expected a list of mappings", 1},
+    {"nephos: 1\ncamera: {resolution: {frames: [0], values: [[4, 3]]}, position: [0, 0, 0], direction: [0, 1, 0], fov: 9}\n", 2, 22,
+     "resolution cannot be animated here; expected two whole numbers", 1},
+    {LIGHTS "{type: {frames: [0], values: [sun]}}\n", 4, 12, "type cannot be animated here; expected a word", 1},
+    {HEAD "media:\n  - {density: {file: {frames: [0], values: [a.npy]}}, extinction: 1}\n", 4, 22, "file cannot be animated here", 1},
+    {SEQUENCE "a.npy, numbers: {first: 0, last: 4}}, extinction: 1}\n", 4, 67, "numbers is given, but no # in the name", 1},
+    {SEQUENCE "a.#.npy, numbers: {first: 4, last: 3}}, extinction: 1}\n", 4, 86, "last is 3; expected first, 4, plus a whole number of steps of 1", 1},
+    {SEQUENCE "a.#.npy, numbers: {first: 4, last: 9, step: 2}}, extinction: 1}\n", 4, 86, "plus a whole number of steps of 2", 1},
+    {SEQUENCE "a.#.npy, numbers: {first: 4, last: 8, step: 0}}, extinction: 1}\n", 4, 95, "step is '0'; allowed: 1 to 16777215", 1},
+    {SEQUENCE "a.#.npy, numbers: {first: 4}}, extinction: 1}\n", 4, 69, "a sequence of files lacks last", 1},
 };
 
 static int count_lines(const char *text) {

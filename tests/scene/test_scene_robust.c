@@ -28,7 +28,7 @@ static const char whole[] =
     "      {matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}]\n"
     "    extinction: 40\n"
     "    albedo: [1, 0.99, 0.98]\n"
-    "    phase: {type: two_lobe, g: 0.85, g2: -0.3, weight: 0.9}\n"
+    "    phase: {type: two_lobe, g: {frames: &f [0, 9], values: [.1, 0.85]}, g2: -0.3, weight: {frames: *f, values: [0.9, 0]}}\n"
     "  - layer: [0, 1e3]\n"
     "    scattering: 1\n"
     "    absorption: [1, 2, 3]\n"
