@@ -43,14 +43,16 @@ END_TEST
 /* The noise of frame 0 in the scene of frame 7 too. */
 START_TEST(a_dump_of_a_frame_is_judged_by_the_scene_of_that_frame) {
     static const char *const locks[] = {NULL, "--lock-noise"};
-    const char *animated = scene("moving.yaml", moving), *dump = file_of("dump"), *out = file_of("stage");
+    const char *animated = scene("moving.yaml", moving), *still = scene("seventh.yaml", seventh), *dump = file_of("dump");
     for (int i = 0; i < 2; i++) {
         char command[700];
         RUN_EXPECT(0, "render", animated, "-q", "-o", file_of("dumped.exr"), "--crop", "8,0,16,8", "--frame", "7", "--dump", dump, locks[i]);
         const Ran *run = RUN("verify", dump, dump, "--flips", "0");
         ck_assert_msg(run->status == 0 && strstr(run->out, "passed: "), "%s%s", run->out, run->err);
-        RUN_EXPECT(0, "verify", dump, dump, "--flips", "0", "--scene", scene("seventh.yaml", seventh), "-q");
-        RUN_EXPECT(0, "stage", "path.generate", "--from", dump, "--launch", "0:0", "-q", "-o", out);
+        RUN_EXPECT(0, "verify", dump, dump, "--flips", "0", "--scene", still, "-q");
+        RUN_EXPECT(0, "stage", "path.track", "--from", dump, "--launch", "0:1", "-q", "-o", file_of("ours"));
+        RUN_EXPECT(0, "stage", "path.track", "--from", dump, "--launch", "0:1", "--scene", still, "-q", "-o", file_of("written"));
+        ck_assert(same_files(file_of("ours/path.distance.npy"), file_of("written/path.distance.npy")));
         run = RUN("info", dump, "--json");
         ck_assert_ptr_nonnull(strstr(run->out, i ? "\"frame\": 0,\n  \"scene_frame\": 7" : "\"frame\": 7,\n"));
 #ifdef NPH_HAVE_BUGGED

@@ -147,6 +147,12 @@ START_TEST(what_is_wrong_at_one_frame_is_said_with_its_number) {
            "folder/name.yaml:9:12: scale has a factor 0, which flattens the medium (at frame 3)\n");
     refuse(context, scene, 16777216, NPH_BAD_USAGE, "frame: 16777216 is above 16777215\n");
     nph_scene_free(context, scene);
+    /* as thin as doubles allow at both keys; in between rounding closes it */
+    scene = parse(context, HEAD "media: [{extinction: 1, layer: {frames: [0, 10], values: [[1, 1.0000000000000002], [500000000000, "
+                                "500000000000.00006]]}}]\n");
+    refuse(context, scene, 9, NPH_BAD_SCENE, "folder/name.yaml:3:32: layer is flat: from 450000000000.10004 to 450000000000.10004; the first "
+           "number is the lower one (at frame 9)\n");
+    nph_scene_free(context, scene);
     nph_test_context_close(context);
 }
 END_TEST
