@@ -56,7 +56,7 @@ START_TEST(a_dump_of_a_frame_is_judged_by_the_scene_of_that_frame) {
         run = RUN("info", dump, "--json");
         ck_assert_ptr_nonnull(strstr(run->out, i ? "\"frame\": 0,\n  \"scene_frame\": 7" : "\"frame\": 7,\n"));
 #ifdef NPH_HAVE_BUGGED
-        RUN_EXPECT(0, "verify", dump, dump, "-q"); /* measures tolerances */
+        if (i == 1) RUN_EXPECT(0, "verify", dump, dump, "-q"); /* measures tolerances */
 #endif
         snprintf(command, sizeof command, "rm -rf '%s'", dump);
         ck_assert_int_eq(system(command), 0);
