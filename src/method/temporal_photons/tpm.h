@@ -180,7 +180,10 @@ typedef struct NphTpmKernels {
     /* sums [kind][cell][NPH_TPM_VALUES] of photons[kind] photons, the sum of shares -> coarse [cell][NPH_TPM_FIELDS] */
     void (*resolve)(const void *scene, const int64_t *sums, const double photons[NPH_TPM_KINDS], void *coarse);
     /* What lies in the coarse cells [first, end) of J: fine [cell][NPH_TPM_FIELDS] */
-    void (*upsample)(const void *scene, const void *coarse, int64_t first, int64_t end, void *fine);
+    void (*upsample)(const void *scene, const void *guide, const uint8_t *seen, const void *coarse, int64_t first, int64_t end, void *fine);
+    /* What upsampling is guided by, planes [first, end) of fine cells: the density over its maximum; then, from all of it, whether any is near. */
+    void (*guide)(const void *scene, int first, int end, void *guide);
+    void (*guide_seen)(const void *scene, const void *guide, int first, int end, uint8_t *seen);
     /* Rows [first, end) of the small picture [pixel][NPH_SAMPLE_FIELDS]; steps: how many there were. */
     void (*march)(const void *scene, const void *fine, uint32_t sample, int first, int end, void *picture, int64_t *steps);
     void (*replay)(const void *scene, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);

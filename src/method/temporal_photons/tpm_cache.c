@@ -20,6 +20,8 @@ static NphStatus allocate(NphTpmCache *cache, const NphJob *job, int later) {
     NPH_TRY(NPH_NEW(context, cache->values, "cache", &cache->sums));
     NPH_TRY(nph_alloc(context, cells * NPH_TPM_FIELDS, real, "cells", &cache->coarse));
     NPH_TRY(nph_alloc(context, fine * NPH_TPM_FIELDS, real, "cells at the resolution of the density", &cache->fine));
+    NPH_TRY(nph_alloc(context, fine, real, "densities of cells", &cache->guide));
+    NPH_TRY(NPH_NEW(context, fine, "cells that are seen", &cache->seen));
     NPH_TRY(NPH_NEW(context, threads, "blocks", &cache->scratch));
     NPH_TRY(NPH_NEW(context, threads, "ledgers", &cache->ledgers));
     NPH_TRY(NPH_NEW(context, threads, "tallies", &cache->tallies));
@@ -47,6 +49,25 @@ static NphStatus take_units(NphTpmCache *cache, void *scene) {
     return NPH_OK;
 }
 
+static NphStatus guide_plane(void *opaque, int64_t plane, int worker) {
+    const NphTpmCache *cache = opaque;
+    (void)worker;
+    cache->kernels.guide(cache->scene, (int)plane, (int)plane + 1, cache->guide);
+    return NPH_OK;
+}
+
+static NphStatus see_plane(void *opaque, int64_t plane, int worker) {
+    const NphTpmCache *cache = opaque;
+    (void)worker;
+    cache->kernels.guide_seen(cache->scene, cache->guide, (int)plane, (int)plane + 1, cache->seen);
+    return NPH_OK;
+}
+
+static NphStatus guide(NphTpmCache *cache) {
+    NPH_TRY(nph_pool_run(cache->context, cache->choice.fine[2], guide_plane, cache, NULL));
+    return nph_pool_run(cache->context, cache->choice.fine[2], see_plane, cache, NULL);
+}
+
 NphStatus nph_tpm_cache_open(const NphJob *job, void *scene, int later, NphTpmCache *cache) {
     NphTpmCache made = {.context = job->context, .job = *job, .scene = scene, .other_frame = -1};
     nph_tpm_kernels(job->precision, nph_context_isa(job->context), &made.kernels);
@@ -54,6 +75,7 @@ NphStatus nph_tpm_cache_open(const NphJob *job, void *scene, int later, NphTpmCa
     made.values = NPH_TPM_KINDS * nph_tpm_cells(made.choice.cells) * NPH_TPM_VALUES;
     NphStatus status = allocate(&made, job, later);
     if (status == NPH_OK) status = take_units(&made, scene);
+    if (status == NPH_OK && made.choice.medium >= 0) status = guide(&made);
     if (status != NPH_OK) {
         nph_tpm_cache_close(&made);
         return status;
@@ -73,6 +95,8 @@ void nph_tpm_cache_close(NphTpmCache *cache) {
     nph_free(context, cache->tallies);
     nph_free(context, cache->ledgers);
     nph_free(context, cache->scratch);
+    nph_free(context, cache->seen);
+    nph_free(context, cache->guide);
     nph_free(context, cache->fine);
     nph_free(context, cache->coarse);
     nph_free(context, cache->sums);
@@ -202,7 +226,7 @@ static NphStatus upsample_cells(void *opaque, int64_t number, int worker) {
     NphTpmCache *cache = opaque;
     int64_t cells = nph_tpm_cells(cache->choice.cells), first = number * CELLS, end = first + CELLS < cells ? first + CELLS : cells;
     NPH_LAUNCH(&cache->stages[worker], NPH_TPM_UPSAMPLE, end - first,
-               cache->kernels.upsample(cache->scene, cache->coarse, first, end, cache->fine));
+               cache->kernels.upsample(cache->scene, cache->guide, cache->seen, cache->coarse, first, end, cache->fine));
     return NPH_OK;
 }
 

@@ -27,7 +27,8 @@ typedef struct NphTpmCache {
     int64_t *added;             /* [worker][values]: what its blocks of this generation added */
     int64_t *partial;           /* H */
     int64_t *sums;              /* I */
-    void *coarse, *fine;
+    void *coarse, *fine, *guide; /* guide, seen: of fine cells, of the frame's scene */
+    uint8_t *seen;
     void **scratch;             /* per worker */
     NphTpmLedger *ledgers;      /* per worker */
     NphTally *tallies;          /* per worker */

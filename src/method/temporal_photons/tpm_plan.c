@@ -263,6 +263,7 @@ static NphStatus plan_buffers(const NphJob *job, const NphTpmChoice *choice, Nph
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.coarse", cells * NPH_TPM_FIELDS * real, "I resolved"));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.fine", fine * NPH_TPM_FIELDS * real, "J: %d x %d x %d cells",
                          (int)choice->fine[0], (int)choice->fine[1], (int)choice->fine[2]));
+    NPH_TRY(nph_plan_add(context, plan, "buffer", "guide", fine * (real + 1), "densities that guide the upsampling"));
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.picture", (uint64_t)small[0] * (uint64_t)small[1] * NPH_SAMPLE_FIELDS * real,
                          "%d x %d pixels that are marched", small[0], small[1]));
     uint64_t pixels = (uint64_t)(job->crop[2] - job->crop[0]) * (uint64_t)(job->crop[3] - job->crop[1]);
