@@ -78,10 +78,22 @@ typedef struct NphPeriod {
     double lo[2], hi[2];
 } NphPeriod;
 
+typedef enum NphAirKind { NPH_AIR_NONE, NPH_AIR_EXPONENTIAL, NPH_AIR_TABLE } NphAirKind;
+
+/* What the lights have been attenuated with: their values are those behind it. */
+typedef struct NphSceneAir {
+    NphAirKind kind;
+    double extinction_per_m[3]; /* at sea level */
+    double extinction_spectrum[NPH_MAX_WAVELENGTHS];
+    double scale_height_m, ground_m, radius_m;
+    double height_m; /* z at which the lights are attenuated */
+} NphSceneAir;
+
 struct NphScene {
     char *name;                         /* file name without folder */
     NphSensor sensor;
     NphPeriod period;
+    NphSceneAir air;
     int medium_count, light_count, surface_count;
     NphMedium media[NPH_MAX_MEDIA];
     NphLight lights[NPH_MAX_LIGHTS];
