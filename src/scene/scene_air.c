@@ -62,6 +62,7 @@ typedef struct Attenuation {
     const NphSceneAir *air;
     NphAirTable table;
     double height_m; /* above sea level */
+    double top_m;    /* end of the table, or infinite */
 } Attenuation;
 
 static double column(const Attenuation *attenuation, double sine) {
@@ -132,7 +133,7 @@ static NphStatus build_table(NphSceneReader *reader, Attenuation *attenuation) {
     const NphSceneAir *air = attenuation->air;
     NphAirProfile profile = {0};
     NphArray rows = {0};
-    NphStatus status;
+    NphStatus status = NPH_OK;
     if (reader->air_profile.path) {
         status = nph_air_rows_read(context, reader->air_profile.path, &rows);
         if (status == NPH_OK) status = nph_air_profile_from_rows(context, &rows, air->radius_m, &profile);
@@ -140,6 +141,7 @@ static NphStatus build_table(NphSceneReader *reader, Attenuation *attenuation) {
     } else {
         status = nph_air_profile_exponential(context, air->scale_height_m, air->radius_m, &profile);
     }
+    if (status == NPH_OK) attenuation->top_m = profile.levels[profile.count - 1].height_m;
     if (status == NPH_OK) status = nph_air_table_build(context, &profile, &attenuation->table);
     return reader->air_profile.path ? nph_scene_note(reader, &reader->air_profile, "profile of the air", status) : status;
 }
@@ -147,8 +149,6 @@ static NphStatus build_table(NphSceneReader *reader, Attenuation *attenuation) {
 /* 0 after a mistake. */
 static int check_height(NphSceneReader *reader, const Attenuation *attenuation) {
     const NphSceneAir *air = attenuation->air;
-    const NphAirProfile *profile = &attenuation->table.profile;
-    double top = air->kind == NPH_AIR_TABLE ? profile->levels[profile->count - 1].height_m : nph_infinity();
     int before = reader->mistakes, written = reader->height_place.line > 0;
     NphScenePlace place = written ? reader->height_place : reader->air_place;
     char z[NPH_DOUBLE_TEXT], limit[NPH_DOUBLE_TEXT];
@@ -156,16 +156,16 @@ static int check_height(NphSceneReader *reader, const Attenuation *attenuation) 
     if (attenuation->height_m < 0.0)
         nph_scene_mistake(reader, place, "height%s is %s m, below the ground of the air at %s m",
                           written ? "" : ", the middle of the scene,", z, nph_format_double(air->ground_m, limit));
-    if (attenuation->height_m > top)
+    if (attenuation->height_m > attenuation->top_m)
         nph_scene_mistake(reader, place, "height%s is %s m, above the end of the air's table at %s m",
-                          written ? "" : ", the middle of the scene,", z, nph_format_double(air->ground_m + top, limit));
+                          written ? "" : ", the middle of the scene,", z, nph_format_double(air->ground_m + attenuation->top_m, limit));
     return reader->mistakes == before;
 }
 
 NphStatus nph_scene_attenuate_lights(NphSceneReader *reader) {
     NphScene *scene = reader->scene;
     NphSceneAir *air = &scene->air;
-    Attenuation attenuation = {.air = air};
+    Attenuation attenuation = {.air = air, .top_m = nph_infinity()};
     NphStatus status = NPH_OK;
     if (air->kind == NPH_AIR_NONE) return NPH_OK;
     if (reader->height_place.line == 0) {

@@ -534,12 +534,13 @@ START_TEST(any_allocation_that_fails_while_files_load_is_reported_and_nothing_le
     write_text("a.obj", square_obj);
     write_text("a.ply", square_ply);
     write_text("a.txt", "0 3\n90 1\n180 1\n");
+    write_text("air.dat", "9 0 0 1\n0 0 0 3\n");
     char text[3000];
     snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1, phase: {type: tabulated, file: a.txt}}\n"
              "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n"
              "surfaces: [{mesh: a.obj}, {plane: 0}, {mesh: a.ply}]\n"
-             "lights:\n- {type: environment, file: %s}\n", nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"),
-             nph_test_path(SUNSET "zip.exr"));
+             "lights:\n- {type: environment, file: %s}\n- {type: constant, radiance: 1}\nair: {type: table, file: air.dat}\n",
+             nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"), nph_test_path(SUNSET "zip.exr"));
     for (uint64_t n = 1;; n++) {
         NphSettings settings;
         nph_settings_default(&settings);
