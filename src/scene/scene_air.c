@@ -151,14 +151,15 @@ static int check_height(NphSceneReader *reader, const Attenuation *attenuation) 
     const NphSceneAir *air = attenuation->air;
     int before = reader->mistakes, written = reader->height_place.line > 0;
     NphScenePlace place = written ? reader->height_place : reader->air_place;
-    char z[NPH_DOUBLE_TEXT], limit[NPH_DOUBLE_TEXT];
+    const char *middle = written ? "" : ", the middle of the scene,";
+    char z[NPH_DOUBLE_TEXT], ground[NPH_DOUBLE_TEXT], end[NPH_DOUBLE_TEXT];
     nph_format_double(air->height_m, z);
+    nph_format_double(air->ground_m, ground);
+    nph_format_double(air->ground_m + attenuation->top_m, end);
     if (attenuation->height_m < 0.0)
-        nph_scene_mistake(reader, place, "height%s is %s m, below the ground of the air at %s m",
-                          written ? "" : ", the middle of the scene,", z, nph_format_double(air->ground_m, limit));
+        nph_scene_mistake(reader, place, "height%s is %s m, below the ground of the air at %s m", middle, z, ground);
     if (attenuation->height_m > attenuation->top_m)
-        nph_scene_mistake(reader, place, "height%s is %s m, above the end of the air's table at %s m",
-                          written ? "" : ", the middle of the scene,", z, nph_format_double(air->ground_m + attenuation->top_m, limit));
+        nph_scene_mistake(reader, place, "height%s is %s m, above the end of the air's table at %s m", middle, z, end);
     return reader->mistakes == before;
 }
 
