@@ -20,6 +20,16 @@ static void tell_sensor(Facts *facts, const NphSensor *sensor) {
     facts_end(facts);
 }
 
+/* Lights are told as they are behind it. */
+static void tell_air(Facts *facts, const NphSceneAir *air) {
+    if (air->kind == NPH_AIR_NONE) return;
+    facts_group(facts, "air");
+    facts_text(facts, "type", air->kind == NPH_AIR_TABLE ? "table" : "exponential");
+    facts_numbers(facts, "extinction_per_m", 3, air->extinction_per_m);
+    facts_number(facts, "height_m", air->height_m);
+    facts_end(facts);
+}
+
 static void tell_medium(Facts *facts, const NphMedium *medium) {
     static const char *const shapes[] = {"grid", "box", "layer"};
     static const char *const phases[] = {"isotropic", "Henyey-Greenstein", "two-lobe Henyey-Greenstein", "Rayleigh",
@@ -91,6 +101,7 @@ NphStatus info_scene(Info *info) {
     if (period->on[1]) facts_numbers(facts, "periodic_y_m", 2, (double[]){period->lo[1], period->hi[1]});
     if (scene->wavelength_count > 0) facts_numbers(facts, "wavelengths_nm", scene->wavelength_count, scene->wavelengths_nm);
     tell_sensor(facts, &scene->sensor);
+    tell_air(facts, &scene->air);
     facts_list(facts, "media");
     for (int i = 0; i < scene->medium_count; i++) tell_medium(facts, &scene->media[i]);
     facts_end(facts);

@@ -1,116 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Text to rows of angle and value, line by line; memory is bounded by the number of lines. */
+ * Rows of angle and value. */
 #include "io/phase_rows.h"
 
-#include <string.h>
-
-#include "core/memory.h"
 #include "core/message.h"
 #include "core/text.h"
-#include "io/file.h"
-#include "io/printable.h"
+#include "io/text_rows.h"
 
-enum { SHOWN = NPH_DOUBLE_TEXT, MOST_ROWS = 1 << 24 };
-
-typedef struct Line {
-    NphContext *context;
-    const char *path;
-    long long number;      /* from 1 */
-    const char *at, *stop; /* without comment and outer blanks */
-} Line;
-
-static int blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-
-static void trim(const char **at, const char **stop) {
-    while (*at < *stop && blank(**at)) ++*at;
-    while (*stop > *at && blank((*stop)[-1])) --*stop;
-}
-
-/* One number, from *at to the next blank or comma. */
-static NphStatus take(const Line *line, const char *what, const char **at, double *value) {
-    char shown[SHOWN];
-    const char *begin = *at, *end = begin;
-    while (end < line->stop && !blank(*end) && *end != ',') end++;
-    if (begin == line->stop)
-        return nph_error(line->context, NPH_BAD_INPUT, "%s:%lld: the line ends before the %s; a row is an angle in degrees "
-                         "and a value", line->path, line->number, what);
-    if (!nph_parse_double_range(begin, end, value))
-        return nph_error(line->context, NPH_BAD_INPUT, "%s:%lld: the %s is '%s', not a finite number", line->path,
-                         line->number, what, nph_printable(begin, (size_t)(end - begin), shown, sizeof shown));
-    *at = end;
-    return NPH_OK;
-}
-
-/* Blanks, at most one comma, blanks. */
-static const char *skip_separator(const char *at, const char *stop) {
-    while (at < stop && blank(*at)) at++;
-    if (at < stop && *at == ',') at++;
-    while (at < stop && blank(*at)) at++;
-    return at;
-}
-
-static NphStatus read_row(const Line *line, double row[2]) {
-    char shown[SHOWN];
-    const char *at = line->at;
-    NPH_TRY(take(line, "angle", &at, &row[0]));
-    at = skip_separator(at, line->stop);
-    NPH_TRY(take(line, "value", &at, &row[1]));
-    while (at < line->stop && blank(*at)) at++;
-    if (at < line->stop)
-        return nph_error(line->context, NPH_BAD_INPUT, "%s:%lld: '%s' follows the value; a row is an angle in degrees and a "
-                         "value", line->path, line->number,
-                         nph_printable(at, (size_t)(line->stop - at), shown, sizeof shown));
+static NphStatus check(NphContext *context, const char *path, long long line, const double *row, const double *before) {
+    char shown[NPH_DOUBLE_TEXT];
     if (!(row[0] >= 0.0 && row[0] <= 180.0))
-        return nph_error(line->context, NPH_BAD_INPUT, "%s:%lld: the angle is %s; angles are 0 to 180 degrees", line->path,
-                         line->number, nph_format_double(row[0], shown));
+        return nph_error(context, NPH_BAD_INPUT, "%s:%lld: the angle is %s; angles are 0 to 180 degrees", path, line,
+                         nph_format_double(row[0], shown));
     if (!(row[1] >= 0.0))
-        return nph_error(line->context, NPH_BAD_INPUT, "%s:%lld: the value is %s; values are at least 0", line->path,
-                         line->number, nph_format_double(row[1], shown));
-    return NPH_OK;
-}
-
-static NphStatus read_rows(NphContext *context, const char *path, const char *text, size_t size, NphArray *rows) {
-    Line line = {.context = context, .path = path};
-    double *row = rows->data;
-    int64_t count = 0;
-    for (const char *next = text, *end = text + size; next < end;) {
-        const char *newline = memchr(next, '\n', (size_t)(end - next)), *stop = newline ? newline : end;
-        const char *comment = memchr(next, '#', (size_t)(stop - next));
-        line.number++;
-        line.at = next;
-        line.stop = comment ? comment : stop;
-        next = newline ? newline + 1 : end;
-        trim(&line.at, &line.stop);
-        if (line.at == line.stop) continue;
-        NPH_TRY(read_row(&line, &row[2 * count]));
-        if (count > 0 && !(row[2 * count] > row[2 * count - 2]))
-            return nph_error(context, NPH_BAD_INPUT, "%s:%lld: the angle does not lie above the one before", path,
-                             line.number);
-        if (count++ == MOST_ROWS)
-            return nph_error(context, NPH_BAD_INPUT, "%s:%lld: more than %d rows", path, line.number, (int)MOST_ROWS);
-    }
-    if (count < 2)
-        return nph_error(context, NPH_BAD_INPUT, "%s: has %d rows of an angle in degrees and a value; at least 2 are needed",
-                         path, (int)count);
-    rows->shape[0] = count;
+        return nph_error(context, NPH_BAD_INPUT, "%s:%lld: the value is %s; values are at least 0", path, line,
+                         nph_format_double(row[1], shown));
+    if (before && !(row[0] > before[0]))
+        return nph_error(context, NPH_BAD_INPUT, "%s:%lld: the angle does not lie above the one before", path, line);
     return NPH_OK;
 }
 
 NphStatus nph_phase_rows_read(NphContext *context, const char *path, NphArray *rows) {
-    char *text = NULL;
-    size_t size = 0;
-    NphArray made = {0};
-    NPH_TRY(nph_file_read(context, path, &text, &size));
-    int64_t lines = 1;
-    for (size_t i = 0; i < size; i++) lines += text[i] == '\n';
-    const char *nul = size ? memchr(text, 0, size) : NULL;
-    NphStatus status = nul ? nph_error(context, NPH_BAD_INPUT, "%s: byte %lld: holds a NUL byte, so it is not text", path,
-                                       (long long)(nul - text))
-                           : nph_array_new(context, NPH_F64, 2, (int64_t[]){lines, 2}, path, &made);
-    if (status == NPH_OK) status = read_rows(context, path, text, size, &made);
-    nph_free(context, text);
-    if (status == NPH_OK) *rows = made;
-    else nph_array_free(context, &made);
-    return status;
+    static const NphTextRows form = {"an angle in degrees and a value", {"angle", "value"}, 2, 0, check};
+    return nph_text_rows_read(context, path, &form, rows);
 }

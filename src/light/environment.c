@@ -110,19 +110,28 @@ static NphStatus take_radiance(Source *source, float *radiance) {
     return NPH_OK;
 }
 
-static NphStatus build(Source *source, NphEnvironment *map, double **weights, double **row_weights) {
-    NphContext *context = source->context;
-    int64_t width = source->image->width, height = source->image->height;
-    map->width = source->image->width;
-    map->height = source->image->height;
-    NPH_TRY(NPH_NEW(context, 3 * width * height, "radiance of an environment map", &map->radiance));
-    NPH_TRY(NPH_NEW(context, height + 1, "rows of an environment map", &map->row_cdf));
-    NPH_TRY(NPH_NEW(context, height * (width + 1), "columns of an environment map", &map->column_cdf));
-    NPH_TRY(NPH_NEW(context, width, "weights of an environment map", weights));
-    NPH_TRY(NPH_NEW(context, height, "weights of an environment map", row_weights));
+static NphStatus new_map(NphContext *context, int width, int height, NphEnvironment *map) {
+    map->width = width;
+    map->height = height;
+    NPH_TRY(NPH_NEW(context, 3 * (int64_t)width * height, "radiance of an environment map", &map->radiance));
+    NPH_TRY(NPH_NEW(context, (int64_t)height + 1, "rows of an environment map", &map->row_cdf));
+    return NPH_NEW(context, height * ((int64_t)width + 1), "columns of an environment map", &map->column_cdf);
+}
+
+static NphStatus finish(NphContext *context, NphEnvironment *map) {
+    double *weights = NULL, *row_weights = NULL;
+    NphStatus status = NPH_NEW(context, map->width, "weights of an environment map", &weights);
+    if (status == NPH_OK) status = NPH_NEW(context, map->height, "weights of an environment map", &row_weights);
+    if (status == NPH_OK) build_tables(map, weights, row_weights);
+    nph_free(context, weights);
+    nph_free(context, row_weights);
+    return status;
+}
+
+static NphStatus build(Source *source, NphEnvironment *map) {
+    NPH_TRY(new_map(source->context, source->image->width, source->image->height, map));
     NPH_TRY(take_radiance(source, map->radiance));
-    build_tables(map, *weights, *row_weights);
-    return NPH_OK;
+    return finish(source->context, map);
 }
 
 NphStatus nph_environment_build(NphContext *context, const NphImage *image, const double scale[3], const char *what,
@@ -136,13 +145,27 @@ NphStatus nph_environment_build(NphContext *context, const NphImage *image, cons
                          image->full_width, image->full_height);
     Source source = {context, image, scale, what, 0};
     NphEnvironment made = {0};
-    double *weights = NULL, *row_weights = NULL;
-    NphStatus status = build(&source, &made, &weights, &row_weights);
-    nph_free(context, weights);
-    nph_free(context, row_weights);
+    NphStatus status = build(&source, &made);
     if (status == NPH_OK) *map = made;
     else nph_environment_free(context, &made);
     return status;
+}
+
+NphStatus nph_environment_uniform(NphContext *context, int height, const double radiance[3], NphEnvironment *map) {
+    NphEnvironment made = {0};
+    NphStatus status = new_map(context, 1, height, &made);
+    for (int i = 0; i < 3 * height && status == NPH_OK; i++) made.radiance[i] = (float)radiance[i % 3];
+    if (status == NPH_OK) status = finish(context, &made);
+    if (status == NPH_OK) *map = made;
+    else nph_environment_free(context, &made);
+    return status;
+}
+
+NphStatus nph_environment_scale_rows(NphContext *context, const double *factors, NphEnvironment *map) {
+    int64_t row_values = 3 * (int64_t)map->width;
+    for (int64_t i = 0; i < row_values * map->height; i++)
+        map->radiance[i] = (float)((double)map->radiance[i] * factors[3 * (i / row_values) + i % 3]);
+    return finish(context, map);
 }
 
 void nph_environment_free(NphContext *context, NphEnvironment *map) {

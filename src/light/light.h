@@ -43,6 +43,10 @@ typedef struct NphLight {
  * in a warning; NaN and infinity are refused naming the pixel. An all-black map is valid (total = 0). */
 NphStatus nph_environment_build(NphContext *context, const NphImage *image, const double scale[3], const char *what,
                                 NphEnvironment *map);
+/* The same radiance everywhere: a map of one column. Then each row times its factors [height][3], 0 to 1, and the tables
+ * anew. */
+NphStatus nph_environment_uniform(NphContext *context, int height, const double radiance[3], NphEnvironment *map);
+NphStatus nph_environment_scale_rows(NphContext *context, const double *factors, NphEnvironment *map);
 void nph_environment_free(NphContext *context, NphEnvironment *map);
 
 #endif

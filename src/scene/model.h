@@ -85,6 +85,17 @@ typedef struct NphSceneSource {
     NphStatus (*read)(NphContext *context, const struct NphSceneSource *source, uint32_t frame, NphScene **scene);
 } NphSceneSource;
 
+typedef enum NphAirKind { NPH_AIR_NONE, NPH_AIR_EXPONENTIAL, NPH_AIR_TABLE } NphAirKind;
+
+/* What the lights have been attenuated with: their values are those behind it. */
+typedef struct NphSceneAir {
+    NphAirKind kind;
+    double extinction_per_m[3]; /* at sea level */
+    double extinction_spectrum[NPH_MAX_WAVELENGTHS];
+    double scale_height_m, ground_m, radius_m;
+    double height_m; /* z at which the lights are attenuated */
+} NphSceneAir;
+
 struct NphScene {
     char *name;                         /* file name without folder */
     NphSceneSource source;              /* all 0: the scene was made without a text */
@@ -92,6 +103,7 @@ struct NphScene {
     int animated;                       /* another frame may differ */
     NphSensor sensor;
     NphPeriod period;
+    NphSceneAir air;
     int medium_count, light_count, surface_count;
     NphMedium media[NPH_MAX_MEDIA];
     NphLight lights[NPH_MAX_LIGHTS];

@@ -29,6 +29,7 @@ static NphStatus read_sections(NphSceneReader *reader) {
     if ((value = nph_section_value(&scene, "camera"))) nph_scene_read_camera(reader, value->node);
     if ((value = nph_section_value(&scene, "media"))) NPH_TRY(nph_scene_read_media(reader, value->node));
     if ((value = nph_section_value(&scene, "lights"))) NPH_TRY(nph_scene_read_lights(reader, value->node));
+    if ((value = nph_section_value(&scene, "air"))) NPH_TRY(nph_scene_read_air(reader, value->node));
     if ((value = nph_section_value(&scene, "surfaces"))) NPH_TRY(nph_scene_read_surfaces(reader, value->node));
     if ((value = nph_section_value(&scene, "periodic"))) nph_scene_read_period(reader, value->node);
     read_render(reader, nph_section_value(&scene, "render"));
@@ -40,6 +41,7 @@ static NphStatus read_scene(NphSceneReader *reader, const char *text, size_t siz
     if (reader->has_document) NPH_TRY(read_sections(reader));
     if (reader->mistakes == 0 && reader->bad_inputs == 0) NPH_TRY(nph_scene_load_files(reader));
     if (reader->mistakes == 0 && reader->bad_inputs == 0) nph_scene_check_period(reader);
+    if (reader->mistakes == 0 && reader->bad_inputs == 0) NPH_TRY(nph_scene_attenuate_lights(reader));
     if (reader->mistakes) return NPH_BAD_SCENE;
     if (reader->bad_inputs) return NPH_BAD_INPUT;
     NPH_TRY(nph_scene_build_surfaces(reader->context, reader->scene));
@@ -60,6 +62,7 @@ static void close_reader(NphSceneReader *reader) {
     }
     for (int i = 0; i < NPH_MAX_LIGHTS; i++) nph_free(reader->context, reader->maps[i].path);
     for (int i = 0; i < NPH_MAX_SURFACES; i++) nph_free(reader->context, reader->meshes[i].path);
+    nph_free(reader->context, reader->air_profile.path);
     nph_free(reader->context, reader);
 }
 

@@ -14,6 +14,7 @@
 #define CAMERAS "perspective|orthographic|flux|fisheye|fluence|radiance"
 #define PHASES "isotropic|hg|two_lobe|rayleigh|draine|tabulated"
 #define LIGHTS "sun|constant|environment|point"
+#define AIRS "exponential|table"
 
 const char nph_key_required[] = "required";
 
@@ -55,6 +56,10 @@ const NphSceneSectionInfo nph_scene_sections[] = {
     {"light", "a light", "type", LIGHTS,
      "Directions point from the scene towards the light; azimuth counts from +x towards +y. In the middle of an "
      "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y."},
+    {"air", "the air", "type", AIRS,
+     "What attenuates suns, constant lights and environments before their light reaches the scene; within it there is no air. "
+     "It changes each by direction alone, as at one `height`, before anything is rendered: see air.md. exponential: a flat "
+     "atmosphere, which lets nothing through at the horizon. table: a spherical one, exponential or from a profile."},
     {"surface", "a surface", NULL, NULL,
      "What light does not pass: opaque, diffusely reflecting (Lambert) on both sides. A triangle mesh, or a level plane "
      "without end. Media on both sides of a surface do not see each other through it."},
@@ -94,6 +99,7 @@ const NphSceneKey nph_scene_keys[] = {
      "refused. See path.md."},
     {"scene", "media", NPH_KEY_LIST, 0, 64, "", "medium", NULL, NULL, "The media; none: empty space."},
     {"scene", "lights", NPH_KEY_LIST, 0, 32, "", "light", NULL, NULL, "The lights; none: darkness."},
+    {"scene", "air", NPH_KEY_SECTION, 0, 0, "", "air", NULL, NULL, "Air between the lights and the scene; left out: none."},
     {"scene", "surfaces", NPH_KEY_LIST, 0, 64, "", "surface", NULL, NULL, "The surfaces; none: nothing but media."},
     {"scene", "periodic", NPH_KEY_SECTION, 0, 0, "", "periodic", NULL, NULL, "Sides that repeat; left out: none."},
     {"scene", "render", NPH_KEY_SECTION, 0, 0, "", "render", NULL, NULL, "Defaults of a run."},
@@ -208,8 +214,23 @@ const NphSceneKey nph_scene_keys[] = {
     {"light", "rotation", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, "0", "environment",
      "Turns the map about z, counterclockwise as seen from above."},
     {"light", "scale", NPH_KEY_RGB, 0, MOST_LIGHT, "", NULL, "1", "environment", "Factor of the map's radiance."},
+    {"light", "air", NPH_KEY_WORD, 0, 0, "", "attenuates|ignored", "attenuates", "sun|constant|environment",
+     "ignored: the light is as it arrives, such as a sky photographed from the ground."},
     {"light", "position", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, REQUIRED, "point", "Where it stands."},
     {"light", "intensity", NPH_KEY_RGB, 0, MOST_LIGHT, "W/sr", NULL, REQUIRED, "point", "The same in every direction."},
+
+    {"air", "type", NPH_KEY_WORD, 0, 0, "", AIRS, REQUIRED, NULL, "Form of the atmosphere."},
+    {"air", "extinction", NPH_KEY_RGB, 0, 1, "1/m", NULL, NULL, NULL,
+     "At sea level. Left out: Rayleigh scattering at 680, 550 and 440 nm, or at the scene's wavelengths."},
+    {"air", "ground", NPH_KEY_NUMBER, -FAR_M, FAR_M, "m", NULL, "0", NULL, "The height z of sea level."},
+    {"air", "height", NPH_KEY_NUMBER, -FAR_M, FAR_M, "m", NULL, NULL, NULL,
+     "The height z, not below the ground, at which lights are attenuated. Left out: the middle of the media and surfaces."},
+    {"air", "scale_height", NPH_KEY_NUMBER, 1, 1e5, "m", NULL, "8000", NULL,
+     "Over which the air becomes thinner by a factor e. Not together with `file`."},
+    {"air", "radius", NPH_KEY_NUMBER, 1e6, FAR_M, "m", NULL, "6371000", "table", "Of the planet."},
+    {"air", "file", NPH_KEY_FILE, 1, 4095, "", NULL, NULL, "table",
+     "Profile of the atmosphere: text with a row per level, from the top down to height 0, of height in km, pressure, "
+     "temperature and number of molecules; further columns are skipped, `#` starts a comment."},
 
     {"surface", "name", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, NULL,
      "For messages and plans; left out: surface0, surface1, ..."},

@@ -81,6 +81,8 @@ static NphStatus read_light(NphSceneReader *reader, const yaml_node_t *node, int
     if (!nph_section_read(reader, node, "light", &section) || section.variant_unknown) return NPH_OK;
     const NphSceneValue *type = nph_section_value(&section, "type"), *hemisphere, *value;
     if (!type) return NPH_OK;
+    reader->light_places[index] = section.place;
+    reader->bare[index] = (value = nph_section_value(&section, "air")) && value->word == 1;
     light->kind = (NphLightKind)type->word;
     switch (light->kind) {
     case NPH_LIGHT_SUN: read_sun(reader, &section, light); break;

@@ -63,6 +63,10 @@ typedef struct NphSceneReader {
     double world_from_mesh[NPH_MAX_SURFACES][12];
     NphSceneEmission emissions[NPH_MAX_MEDIA];
     NphScenePlace period_place;
+    NphScenePlace air_place, height_place;   /* of the air; line 0: no height is written */
+    NphSceneFile air_profile;
+    NphScenePlace light_places[NPH_MAX_LIGHTS];
+    int bare[NPH_MAX_LIGHTS]; /* lights that the air does not attenuate */
 } NphSceneReader;
 
 typedef struct NphSceneValue {
@@ -141,6 +145,10 @@ int nph_scene_read_transform(NphSceneReader *reader, const yaml_node_t *list, in
 NphStatus nph_scene_read_emission(NphSceneReader *reader, const NphSceneValue *value, int index);
 NphStatus nph_scene_load_emission(NphSceneReader *reader, int index);
 NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
+
+/* scene_air.c: the section; then, with everything else there, the lights as they arrive. */
+NphStatus nph_scene_read_air(NphSceneReader *reader, const yaml_node_t *node);
+NphStatus nph_scene_attenuate_lights(NphSceneReader *reader);
 
 /* scene_media.c: a section of a density file. */
 NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume);

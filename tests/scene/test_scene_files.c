@@ -183,6 +183,7 @@ START_TEST(the_reference_scenes_load_and_their_volumes_lie_where_they_should) {
         {"smoke", {0, 0, 0}, {1, 1, 1}, 13.942362, 1550625.236, 315075},
         {"smoke_ground", {0, 0, 0}, {1.587729, 1, 1}, 13.942362, 1550625.236, 315075},
         {"les_stcu", {-27.5, -27.5, 425.53333}, {3492.5, 3492.5, 824.46667}, 0.264541, 1113.88, 24789},
+        {"night", {-613.982524, -562.387354, 601.012075}, {510.792184, 407.601843, 1158.239911}, 1, 1453017.8, 1526233},
         {"cumulus", {-1.534956, -1.405968, -0.322470}, {1.276980, 1.019005, 1.070600}, 1, 1453017.8, 1526233}};
     NphContext *context = nph_test_context(0);
     for (size_t i = 0; i < sizeof expected / sizeof expected[0]; i++) {
@@ -534,12 +535,13 @@ START_TEST(any_allocation_that_fails_while_files_load_is_reported_and_nothing_le
     write_text("a.obj", square_obj);
     write_text("a.ply", square_ply);
     write_text("a.txt", "0 3\n90 1\n180 1\n");
+    write_text("air.dat", "9 0 0 1\n0 0 0 3\n");
     char text[3000];
     snprintf(text, sizeof text, HEAD "media:\n- {density: {file: a.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 1, phase: {type: tabulated, file: a.txt}}\n"
              "- {density: {file: les.txt, centring: cell}, extinction: 1}\n- {density: {file: %s}, extinction: 1}\n"
              "surfaces: [{mesh: a.obj}, {plane: 0}, {mesh: a.ply}]\n"
-             "lights:\n- {type: environment, file: %s}\n", nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"),
-             nph_test_path(SUNSET "zip.exr"));
+             "lights:\n- {type: environment, file: %s}\n- {type: constant, radiance: 1}\nair: {type: table, file: air.dat}\n",
+             nph_test_path("reference/data/smoke/smoke_0024.zip.nvdb"), nph_test_path(SUNSET "zip.exr"));
     for (uint64_t n = 1;; n++) {
         NphSettings settings;
         nph_settings_default(&settings);

@@ -39,7 +39,7 @@ static const Wrong wrong[] = {
     {HEAD "---\nnephos: 1\n", 3, 1, "second document", 1},
     {HEAD "lihgts: []\n", 3, 1, "unknown key 'lihgts' in the scene; did you mean 'lights'?", 1},
     {HEAD "albedo: 1\n", 3, 1, "it belongs to a medium", 1},
-    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, wavelengths, media, lights, surfaces, periodic, render", 1},
+    {HEAD "materials: []\n", 3, 1, "allowed: nephos, camera, wavelengths, media, lights, air, surfaces, periodic, render", 1},
     {HEAD "render: {}\nrender: {}\n", 4, 1, "render is given twice; first in line 3", 1},
     {HEAD "<<: {a: 1}\n", 3, 1, "merge keys", 1},
     {HEAD "[1, 2]: 3\n", 3, 1, "a key of the scene is a list", 1},
