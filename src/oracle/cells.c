@@ -13,6 +13,7 @@
 #include "core/message.h"
 #include "oracle/stages.h"
 
+enum { STAT_GROUPS = 8 };
 enum { NO_ITEM = -1, IN_OURS = 1, IN_THEIRS = 2, TURNED = 4 };
 #define NOWHERE 1e30
 
@@ -324,6 +325,35 @@ static NphStatus compare_list(Comparison *c, NphBufferGap *gap, const NphArray *
     return status;
 }
 
+/* Whole numbers that are sums over chance: one decision on the edge changes a cell by as much as chance does, so what is compared are
+ * sums over STAT_GROUPS parts of the cells, one after another. [a][cell][c] -> [a c][part] */
+static NphStatus sum_parts(const Comparison *c, const NphArray *sums, NphArray *out) {
+    int64_t tail = length_of(sums), cells = sums->shape[1];
+    NPH_TRY(nph_array_new(c->context, NPH_F64, 2, (const int64_t[]){sums->shape[0] * tail, STAT_GROUPS}, "sums of cells", out));
+    double *to = out->data;
+    for (int64_t i = 0; i < nph_array_count(sums); i++) {
+        int64_t cell = i / tail % cells, row = i / tail / cells * tail + i % tail;
+        to[row * STAT_GROUPS + cell * STAT_GROUPS / cells] += value_at(sums, i);
+    }
+    return NPH_OK;
+}
+
+static int is_statistical(const NphBuffer *buffer, const NphArray *array) {
+    return buffer->comparison == NPH_STAT && !is_real(array) && array->rank == 3;
+}
+
+static NphStatus compare_parts(Comparison *c, NphBufferGap *gap, const NphArray *pair[2]) {
+    const NphArray *both[2] = {NULL, NULL}, *nobody[2] = {NULL, NULL};
+    NphArray parts[2] = {{0}, {0}};
+    NphStatus status = NPH_OK;
+    for (int side = 0; side < 2 && status == NPH_OK; side++) status = sum_parts(c, pair[side], &parts[side]);
+    both[0] = &parts[0];
+    both[1] = &parts[1];
+    if (status == NPH_OK) status = compare_items(c, gap, both, nobody);
+    for (int side = 0; side < 2; side++) nph_array_free(c->context, &parts[side]);
+    return status;
+}
+
 /* Turned over once, by its integers. */
 static NphStatus compare_whole(Comparison *c, NphBufferGap *gap, const NphArray *pair[2], const NphArray *ids[2]) {
     if (is_real(pair[0])) return c->agree ? compare_items(c, gap, pair, ids) : NPH_OK;
@@ -346,10 +376,11 @@ static NphStatus compare_buffer(Comparison *c, const NphBuffer *buffer) {
         snprintf(gap.problem, sizeof gap.problem, "%s, expected %s", found, expected);
         return c->watch->take(c->watch->user, &gap);
     }
-    gap.limit = is_real(pair[0]) ? c->watch->limit(c->watch->user, buffer) : 0.0;
+    gap.limit = is_real(pair[0]) || is_statistical(buffer, pair[0]) ? c->watch->limit(c->watch->user, buffer) : 0.0;
     NphStatus status = NPH_OK;
     if (ids[0] && buffer->queue == NPH_QUEUE_AS_SET) status = compare_queue(c, &gap, pair[0], pair[1], ids[0], ids[1]);
     else if (ids[0] && buffer->queue) status = compare_list(c, &gap, pair, ids);
+    else if (is_statistical(buffer, pair[0])) status = compare_parts(c, &gap, pair);
     else if (is_one_item(buffer)) status = compare_whole(c, &gap, pair, ids);
     else status = compare_items(c, &gap, pair, ids);
     return status == NPH_OK ? c->watch->take(c->watch->user, &gap) : status;
@@ -450,7 +481,7 @@ static NphStatus find_turned(Comparison *c) {
     for (int b = 0; b < c->method->buffer_count; b++) {
         const NphBuffer *buffer = &c->method->buffers[b];
         const NphArray *pair[2], *ids[2];
-        if (!pair_of(c, buffer, pair, ids) || is_real(pair[0])) continue;
+        if (!pair_of(c, buffer, pair, ids) || is_real(pair[0]) || is_statistical(buffer, pair[0])) continue;
         if (!buffer->identity) c->agree &= equal_integers(pair[0], pair[1]);
         if (!ids[0]) continue;
         if (buffer->queue == NPH_QUEUE_AS_SET) turn_queue(c, pair, ids);

@@ -13,8 +13,8 @@ const NphBuffer nph_tpm_buffers[NPH_TPM_BUFFERS] = {
                            "of a generation's photons, of the sun's and of the others: flux of three channels, flux times cosine, flux times "
                            "order, and, in print, unweighted and their number", NPH_STAT, NULL, NULL, 0},
     [NPH_TPM_B_OLD] = {"tpm.old", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generation that leaves",
-                       NPH_STAT, "in a sequence of frames", NULL, 0},
-    [NPH_TPM_B_SUM] = {"tpm.sum", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generations so far", NPH_STAT,
+                       NPH_EXACT, "in a sequence of frames", NULL, 0},
+    [NPH_TPM_B_SUM] = {"tpm.sum", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generations so far", NPH_EXACT,
                        NULL, NULL, 0},
     [NPH_TPM_B_COARSE] = {"tpm.coarse", R, "[cell][10]", "W/m2, 1", CELL, NPH_NEAR, NULL, NULL, 0},
     [NPH_TPM_B_FINE] = {"tpm.fine", R, "[cell][10]", "W/m2, 1", CELL ", at the resolution of the density; 0 where none is near", NPH_NEAR, NULL,
