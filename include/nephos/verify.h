@@ -37,6 +37,7 @@ void nph_tolerances_free(NphContext *context, NphTolerances *tolerances);
 
 typedef struct NphVerifyOptions {
     const NphScene *scene;  /* of the reference; NULL: no stage is run again, whole_run is implied */
+    int complete;           /* launches of the reference that the candidate has not are a failure */
     int whole_run;          /* outputs are compared with those of the reference's run, whatever the candidate's inputs were */
     /* Measured: of a stage's buffer the loosest of all causes that count. NULL: ulp and flips are those of every buffer. */
     const NphTolerances *tolerances;
@@ -98,6 +99,8 @@ void nph_verification_free(NphContext *context, NphVerification *result);
 typedef struct NphDumpRun NphDumpRun;
 NphStatus nph_dump_run(NphContext *context, const char *folder, NphDumpRun **run);
 const NphRenderOptions *nph_dump_run_options(const NphDumpRun *run);
+/* NPH_BAD_INPUT where the scene is not the one that was dumped. */
+NphStatus nph_dump_run_check(NphContext *context, const NphDumpRun *run, const NphScene *scene);
 void nph_dump_run_free(NphContext *context, NphDumpRun *run);
 
 /* Its launches, from 0, in the order of batches (-1: what is launched once, before all others) and of numbers in them. */

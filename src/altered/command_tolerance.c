@@ -59,6 +59,8 @@ static NphStatus prepare(ToleranceCommand *command, const char *path) {
     const char *scene_name = command->scene ? command->scene : path;
     int dump = is_dump(path);
     if (!dump && command->scene) return usage_error("tolerance", "--scene names the scene of a dump, and %s is none", path);
+    if (dump && run_options_given(&command->run))
+        return usage_error("tolerance", "%s is a dump, which says what its run was; --method, -D, --seed and the like go with a scene", path);
     NPH_TRY(run_options_resolve("tolerance", &command->run, &options));
     if (command->output) NPH_TRY(check_writable(&command->session, command->output));
     if (dump) NPH_TRY(nph_dump_run(context, path, &dumped));
@@ -67,6 +69,7 @@ static NphStatus prepare(ToleranceCommand *command, const char *path) {
     if (dump) status = nph_dump_scene(context, path, command->scene ? NULL : name, sizeof name, &frame);
     if (dump && !command->scene) scene_name = name;
     if (status == NPH_OK) status = nph_scene_load_frame(context, scene_name, frame, &scene);
+    if (status == NPH_OK && dumped) status = nph_dump_run_check(context, dumped, scene);
     if (status == NPH_OK && dumped) status = measure_and_write(command, scene, scene_name, path, nph_dump_run_options(dumped));
     else if (status == NPH_OK) {
         altered_few(scene, &options, &few);

@@ -36,7 +36,7 @@ static void add_options(OptionTable *table, RenderCommand *render) {
     option_add(table, (Option){.name = "dump", .kind = OPTION_TEXT, .target = &render->dump, .value_name = "DIR",
                                .meaning = "write the outputs of every launch of every stage, and manifest.json (docs/oracle.md)"});
     option_add(table, (Option){.name = "dump-select", .kind = OPTION_LIST, .target = &render->dump_select, .value_name = "KEY=VALUE",
-                               .meaning = "only stage=NAME, launch=N of each batch, batch=N, pixel=X,Y; may be given several times"});
+                               .meaning = "only stage=NAME, launch=N of each batch, batch=N, pixel=X,Y; one of each"});
     option_add(table, (Option){.name = "dump-limit", .kind = OPTION_BYTES, .target = &render->dump_limit, .value_name = "BYTES",
                                .meaning = "refuse a larger dump (default 4G)"});
     option_add(table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &render->json,
@@ -126,8 +126,14 @@ static NphStatus dump_options(const RenderCommand *render, NphDumpOptions *dump)
     dump->folder = render->dump;
     if (render->dump_limit) dump->limit_bytes = render->dump_limit;
     for (int i = 0; i < render->dump_select.count; i++)
+        for (int j = 0; j < i; j++)
+            if (strcspn(render->dump_select.items[i], "=") == strcspn(render->dump_select.items[j], "=") &&
+                strncmp(render->dump_select.items[i], render->dump_select.items[j], strcspn(render->dump_select.items[i], "=")) == 0)
+                return usage_error("render", "--dump-select: %s and %s: one of a kind", render->dump_select.items[j], render->dump_select.items[i]);
+    for (int i = 0; i < render->dump_select.count; i++)
         if (!select_dump(render->dump_select.items[i], dump))
             return usage_error("render", "--dump-select %s: expected stage=NAME, launch=N, batch=N or pixel=X,Y", render->dump_select.items[i]);
+    if (render->dump && render->only_given) return usage_error("render", "--dump and --only exclude each other: one path makes no launches");
     if (!render->dump && (render->dump_select.count || render->dump_limit))
         return usage_error("render", "--dump-select and --dump-limit: without --dump nothing is written");
     return NPH_OK;

@@ -103,11 +103,15 @@ static NphStatus prepare(StageCommand *command, const char *stage) {
     if (!command->output) return usage_error("stage", "-o DIR: where the outputs go");
     if (!path && !command->from) return usage_error("stage", "--scene SCENE or --from DUMP: what the stage belongs to");
     if (command->from && !command->launch_given) return usage_error("stage", "--launch BATCH:NUMBER: which launch of the dump");
+    if (!command->from && command->launch_given) return usage_error("stage", "--launch: of which dump? --from DUMP");
+    if (command->from && run_options_given(&command->run))
+        return usage_error("stage", "--from: the dump says what its run was; --method, -D, --seed and the like go with --scene alone");
     NPH_TRY(run_options_resolve("stage", &command->run, &options));
     frame = options.frame;
     if (command->from) NPH_TRY(nph_dump_scene(context, command->from, path ? NULL : name, sizeof name, &frame));
     NPH_TRY(nph_scene_load_frame(context, path ? path : name, frame, &scene));
     NphStatus status = command->from ? nph_dump_run(context, command->from, &dumped) : NPH_OK;
+    if (status == NPH_OK && dumped) status = nph_dump_run_check(context, dumped, scene);
     if (status == NPH_OK) status = nph_stages_open(context, scene, dumped ? nph_dump_run_options(dumped) : &options, &stages);
     if (status == NPH_OK) status = run_stage(command, stage, stages);
     nph_stages_close(stages);

@@ -251,6 +251,8 @@ static NphStatus run(const Command *command, int argc, char **argv) {
     nph_verify_options_default(&verify.options);
     option_add(&table, (Option){.name = "whole-run", .kind = OPTION_FLAG, .target = &verify.options.whole_run,
                                 .meaning = "compare with the reference's own run, whatever inputs the candidate had"});
+    option_add(&table, (Option){.name = "complete", .kind = OPTION_FLAG, .target = &verify.options.complete,
+                                .meaning = "launches that the reference has and the candidate has not are a failure"});
     option_add(&table, (Option){.name = "scene", .kind = OPTION_TEXT, .target = &verify.scene, .value_name = "SCENE",
                                 .meaning = "of the reference, where its manifest's name for it leads nowhere"});
     option_add(&table, (Option){.name = "tolerances", .kind = OPTION_TEXT, .target = &verify.tolerances, .value_name = "FILE.json",

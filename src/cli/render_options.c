@@ -94,6 +94,11 @@ NphStatus run_options_resolve(const char *command, const RunOptions *run, NphRen
     return resolve_ranges(command, run, options);
 }
 
+int run_options_given(const RunOptions *run) {
+    return run->knobs.count || run->spp_given || run->samples_given || run->crop_given || run->seed_given || run->frame || run->lock_noise || run->plan ||
+           run->target_error > 0 || run->time_budget_s > 0 || strcmp(run->method, "path") != 0 || strcmp(run->precision, "f32") != 0;
+}
+
 void knobs_print(FILE *out) {
     for (int i = 0; i < nph_knob_count(); i++) {
         const NphKnob *knob = nph_knob(i);

@@ -22,6 +22,9 @@ void run_options_add(OptionTable *table, RunOptions *run);
 /* Turned into the library's; what contradicts itself is refused. */
 NphStatus run_options_resolve(const char *command, const RunOptions *run, NphRenderOptions *options);
 
+/* An option that says what a run is was given: not where a dump says it. */
+int run_options_given(const RunOptions *run);
+
 /* Every knob with its default and what it trades, one per line. */
 void knobs_print(FILE *out);
 

@@ -13,7 +13,7 @@
 #include "core/message.h"
 #include "oracle/stages.h"
 
-enum { STAT_GROUPS = 8 };
+enum { SLABS = 8 };
 enum { NO_ITEM = -1, IN_OURS = 1, IN_THEIRS = 2, TURNED = 4 };
 #define NOWHERE 1e30
 
@@ -123,7 +123,12 @@ static NphStatus match(const Comparison *c, const NphArray *ours, const NphArray
     int64_t count = nph_array_count(ours), others = nph_array_count(theirs), known = 0;
     Item *items = NULL;
     NPH_TRY(NPH_NEW(c->context, count > 0 ? count : 1, "positions of items", out));
-    NPH_TRY(NPH_NEW(c->context, others > 0 ? others : 1, "items by identity", &items));
+    NphStatus status = NPH_NEW(c->context, others > 0 ? others : 1, "items by identity", &items);
+    if (status != NPH_OK) {
+        nph_free(c->context, *out);
+        *out = NULL;
+        return status;
+    }
     for (int64_t i = 0; i < others; i++)
         if (value_at(theirs, i) >= 0.0) items[known++] = (Item){value_at(theirs, i), i};
     qsort(items, (size_t)known, sizeof *items, by_id);
@@ -218,14 +223,14 @@ static void compare_rows(const Comparison *c, NphBufferGap *gap, const NphArray 
     gap->gap_count = numbers ? length : 0;
 }
 
-/* Marks who is in a queue; counts positions that no item has. */
+/* Marks who is in a queue; counts positions that no item has, or that stand there twice. */
 static int64_t mark_queue(const Comparison *c, const NphArray *queue, const NphArray *ids, unsigned char mark, unsigned char *seen) {
     int64_t strangers = 0;
     for (int64_t i = 0; i < nph_array_count(queue); i++) {
         double at = value_at(queue, i);
         int64_t rank = at >= 0.0 && at < (double)nph_array_count(ids) ? rank_of(c, value_at(ids, (int64_t)at)) : NO_ITEM;
-        if (rank != NO_ITEM) seen[rank] |= mark;
-        else strangers++;
+        if (rank == NO_ITEM || (seen[rank] & mark)) strangers++;
+        else seen[rank] |= mark;
     }
     return strangers;
 }
@@ -326,31 +331,31 @@ static NphStatus compare_list(Comparison *c, NphBufferGap *gap, const NphArray *
 }
 
 /* Whole numbers that are sums over chance: one decision on the edge changes a cell by as much as chance does, so what is compared are
- * sums over STAT_GROUPS parts of the cells, one after another. [a][cell][c] -> [a c][part] */
-static NphStatus sum_parts(const Comparison *c, const NphArray *sums, NphArray *out) {
-    int64_t tail = length_of(sums), cells = sums->shape[1];
-    NPH_TRY(nph_array_new(c->context, NPH_F64, 2, (const int64_t[]){sums->shape[0] * tail, STAT_GROUPS}, "sums of cells", out));
+ * sums over slabs of cells, SLABS of them along each axis. [a][z][y][x][c] -> [a c][slabs along z, y, x] */
+static NphStatus sum_slabs(const Comparison *c, const NphArray *sums, NphArray *out) {
+    const int64_t *n = sums->shape, tail = n[4];
+    NPH_TRY(nph_array_new(c->context, NPH_F64, 2, (const int64_t[]){n[0] * tail, 3 * SLABS}, "sums of cells", out));
     double *to = out->data;
-    for (int64_t i = 0; i < nph_array_count(sums); i++) {
-        int64_t cell = i / tail % cells, row = i / tail / cells * tail + i % tail;
-        to[row * STAT_GROUPS + cell * STAT_GROUPS / cells] += value_at(sums, i);
+    for (int64_t i = 0, cell = 0; i < nph_array_count(sums); i++, cell = i / tail) {
+        int64_t row = cell / (n[1] * n[2] * n[3]) * tail + i % tail, at[3] = {cell / (n[2] * n[3]) % n[1], cell / n[3] % n[2], cell % n[3]};
+        for (int a = 0; a < 3; a++) to[(row * 3 + a) * SLABS + at[a] * SLABS / n[1 + a]] += value_at(sums, i);
     }
     return NPH_OK;
 }
 
 static int is_statistical(const NphBuffer *buffer, const NphArray *array) {
-    return buffer->comparison == NPH_STAT && !is_real(array) && array->rank == 3;
+    return buffer->comparison == NPH_STAT && !is_real(array) && array->rank == 5;
 }
 
-static NphStatus compare_parts(Comparison *c, NphBufferGap *gap, const NphArray *pair[2]) {
+static NphStatus compare_slabs(Comparison *c, NphBufferGap *gap, const NphArray *pair[2]) {
     const NphArray *both[2] = {NULL, NULL}, *nobody[2] = {NULL, NULL};
-    NphArray parts[2] = {{0}, {0}};
+    NphArray slabs[2] = {{0}, {0}};
     NphStatus status = NPH_OK;
-    for (int side = 0; side < 2 && status == NPH_OK; side++) status = sum_parts(c, pair[side], &parts[side]);
-    both[0] = &parts[0];
-    both[1] = &parts[1];
+    for (int side = 0; side < 2 && status == NPH_OK; side++) status = sum_slabs(c, pair[side], &slabs[side]);
+    both[0] = &slabs[0];
+    both[1] = &slabs[1];
     if (status == NPH_OK) status = compare_items(c, gap, both, nobody);
-    for (int side = 0; side < 2; side++) nph_array_free(c->context, &parts[side]);
+    for (int side = 0; side < 2; side++) nph_array_free(c->context, &slabs[side]);
     return status;
 }
 
@@ -380,7 +385,7 @@ static NphStatus compare_buffer(Comparison *c, const NphBuffer *buffer) {
     NphStatus status = NPH_OK;
     if (ids[0] && buffer->queue == NPH_QUEUE_AS_SET) status = compare_queue(c, &gap, pair[0], pair[1], ids[0], ids[1]);
     else if (ids[0] && buffer->queue) status = compare_list(c, &gap, pair, ids);
-    else if (is_statistical(buffer, pair[0])) status = compare_parts(c, &gap, pair);
+    else if (is_statistical(buffer, pair[0]) && gap.limit > 0.0) status = compare_slabs(c, &gap, pair);
     else if (is_one_item(buffer)) status = compare_whole(c, &gap, pair, ids);
     else status = compare_items(c, &gap, pair, ids);
     return status == NPH_OK ? c->watch->take(c->watch->user, &gap) : status;

@@ -136,7 +136,12 @@ NphStatus nph_dump_write_manifest(const NphDump *dump, const NphJob *job, const 
     char path[NPH_DUMP_PATH];
     NphWriter writer;
     Sink sink = {.context = dump->context};
+    const NphDumpOptions *what = dump->options;
     NPH_TRY(join_records(dump, &records, &count));
+    if (count == 0 && (what->stage || what->launch >= 0 || what->batch >= 0 || what->pixel_given)) {
+        nph_free(dump->context, records);
+        return nph_error(dump->context, NPH_BAD_USAGE, "--dump-select: no launch of this run is selected");
+    }
     snprintf(path, sizeof path, "%s/manifest.json", dump->options->folder);
     NphStatus status = nph_writer_open(dump->context, path, &writer);
     if (status == NPH_OK) {

@@ -68,6 +68,7 @@ static NphStatus read_files(NphJsonReader *r, const yaml_node_t *node, const cha
             const yaml_node_t *item = nph_json_item(r, node, i);
             NPH_TRY(read_text(r, item, "buffer", 1, &file->buffer));
             NPH_TRY(read_text(r, item, "file", 1, &file->file));
+            NPH_TRY(read_text(r, item, "digest", 0, &file->digest));
         }
     }
     return NPH_OK;
@@ -247,6 +248,7 @@ static void free_files(NphContext *context, NphManifestFile *files, int count) {
     for (int i = 0; i < count; i++) {
         nph_free(context, files[i].buffer);
         nph_free(context, files[i].file);
+        nph_free(context, files[i].digest);
     }
     nph_free(context, files);
 }

@@ -11,6 +11,7 @@ enum { NPH_MANIFEST_KNOBS = 64, NPH_MANIFEST_LIST = 64 /* numbers of a list that
 
 typedef struct NphManifestFile {
     char *buffer, *file; /* file: below the folder */
+    char *digest;        /* of an output's elements; NULL: not told */
 } NphManifestFile;
 
 typedef struct NphManifestLaunch {

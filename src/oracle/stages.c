@@ -3,6 +3,7 @@
  * One stage of a method alone: inputs are placed in the memory of a worker as the run would have left them there. */
 #include "oracle/stages.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/memory.h"
@@ -157,6 +158,26 @@ NphStatus nph_stages_missing(NphStages *stages, const char *stage, const int64_t
     return NPH_OK;
 }
 
+static int by_value(const void *a, const void *b) {
+    int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Who stands in a queue twice would be taken up twice. */
+static NphStatus check_queue(NphContext *context, const char *name, const NphArray *queue) {
+    int32_t *sorted = NULL;
+    int64_t count = nph_array_count(queue);
+    if (queue->type != NPH_I32 || count < 2) return NPH_OK;
+    NPH_TRY(NPH_NEW(context, count, "queue", &sorted));
+    memcpy(sorted, queue->data, (size_t)count * sizeof *sorted);
+    qsort(sorted, (size_t)count, sizeof *sorted, by_value);
+    NphStatus status = NPH_OK;
+    for (int64_t i = 1; i < count && status == NPH_OK; i++)
+        if (sorted[i] == sorted[i - 1]) status = nph_error(context, NPH_BAD_INPUT, "input %s: position %d stands there twice", name, (int)sorted[i]);
+    nph_free(context, sorted);
+    return status;
+}
+
 static NphStatus place_inputs(NphStages *stages, const NphStage *stage, int count, const NphNamedArray *inputs) {
     for (int i = 0; i < count; i++)
         if (nph_buffer_find(stages->method, inputs[i].name) < 0 || !nph_stage_lists(stage->reads, inputs[i].name))
@@ -167,6 +188,7 @@ static NphStatus place_inputs(NphStages *stages, const NphStage *stage, int coun
         const char *name = stages->method->buffers[b].name;
         const NphArray *input = input_of(count, inputs, name);
         if (!nph_stage_lists(stage->reads, name)) continue;
+        if (input && stages->method->buffers[b].queue == NPH_QUEUE_AS_SET) NPH_TRY(check_queue(stages->context, name, input));
         if (input) NPH_TRY(nph_buffer_place(stages->context, stages->method, stages->state, 0, b, input));
         else if (stages->method->view(stages->state, 0, b, &view))
             return nph_error(stages->context, NPH_BAD_INPUT, "%s reads %s, which is not among the inputs", stage->name, name);

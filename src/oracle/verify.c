@@ -14,6 +14,7 @@
 #include "io/half.h"
 #include "method/registry.h"
 #include "oracle/cells.h"
+#include "oracle/digest.h"
 #include "oracle/manifest.h"
 #include "oracle/stages.h"
 #include "scene/model.h"
@@ -34,6 +35,7 @@ typedef struct Verify {
     NphManifest reference, candidate;
     NphStages *stages;
     NphVerification *result;
+    NphDigestFn digest;
     Found *found; /* by row */
     int room;
     const NphManifestLaunch *launch; /* under way */
@@ -62,12 +64,23 @@ static NphStatus widen(Verify *v, NphNamedArray *made) {
     return NPH_OK;
 }
 
+/* The reference is what it was when it was written. */
+static NphStatus check_digest(const Verify *v, const NphManifestFile *file, const NphArray *array) {
+    char digest[NPH_DIGEST_TEXT];
+    if (!file->digest) return NPH_OK;
+    v->digest(array->data, 1, (size_t)nph_array_count(array) * nph_type_size(array->type), 0, digest);
+    if (strcmp(digest, file->digest) == 0) return NPH_OK;
+    return nph_error(v->context, NPH_BAD_INPUT, "%s%s: %s has the digest %s, the manifest says %s: it has been changed or torn", v->reference.folder, file->file,
+                     file->buffer, digest, file->digest);
+}
+
 static NphStatus read_files(Verify *v, const NphManifest *manifest, int count, const NphManifestFile *files, int inputs, NphSide *side) {
     for (int i = 0; i < count && side->count < 2 * NPH_MAX_BUFFERS; i++) {
         NphNamedArray *made = &side->buffers[side->count];
         made->name = files[i].buffer;
         NPH_TRY(nph_manifest_array(v->context, manifest, files[i].file, &made->array));
         side->count++;
+        if (manifest == &v->reference) NPH_TRY(check_digest(v, &files[i], &made->array));
         if (inputs || is_declared_half(v, made->name)) NPH_TRY(widen(v, made));
     }
     return NPH_OK;
@@ -226,7 +239,14 @@ static NphStatus run_again(Verify *v, const NphManifestLaunch *launch, const Nph
         fail(v, row, "is not among the inputs, which the stage reads");
         return NPH_OK;
     }
-    NPH_TRY(nph_stages_run(v->stages, ours->stage, arguments, count, inputs, &side->count, side->buffers));
+    NphStatus status = nph_stages_run(v->stages, ours->stage, arguments, count, inputs, &side->count, side->buffers);
+    *made = status == NPH_OK;
+    if (status == NPH_BAD_INPUT) { /* told by a message; an earlier stage made them */
+        NPH_TRY(row_of(v, launch->stage, "", &row));
+        fail(v, row, "its inputs are none that a run could have");
+        return NPH_OK;
+    }
+    NPH_TRY(status);
     side->outputs = side->count;
     v->result->run_again++;
     return read_files(v, &v->candidate, launch->input_count, launch->inputs, 1, side);
@@ -272,7 +292,7 @@ static NphStatus compare_launches(Verify *v) {
             NPH_TRY(compare_launch(v, theirs, ours));
             continue;
         }
-        if (ours && !v->options->whole_run && v->stages && theirs->input_count) {
+        if (!v->options->whole_run && v->stages && theirs->input_count) {
             /* another run: paths live longer or shorter; the stage is known all the same */
             NPH_TRY(compare_launch(v, theirs, theirs));
             continue;
@@ -293,6 +313,7 @@ static NphStatus compare_launches(Verify *v) {
 static void conclude(Verify *v) {
     NphVerification *result = v->result;
     int64_t first = -1;
+    result->failed = v->options->complete && result->left_out > 0;
     for (int r = 0; r < result->row_count; r++) {
         NphVerifyRow *row = &result->rows[r];
         Found *found = &v->found[r];
@@ -311,14 +332,18 @@ static void conclude(Verify *v) {
     }
 }
 
+static NphStatus check_scene(NphContext *context, const NphManifest *manifest, const NphScene *scene) {
+    char digest[33];
+    for (int i = 0; i < 16; i++) snprintf(digest + 2 * i, 3, "%02x", scene->digest[i]);
+    if (!manifest->scene_digest || strcmp(digest, manifest->scene_digest) == 0) return NPH_OK;
+    return nph_error(context, NPH_BAD_INPUT, "the scene is not the one of the dump %s: digest %s, expected %s", manifest->folder, digest,
+                     manifest->scene_digest);
+}
+
 static NphStatus open_stages(Verify *v) {
     NphRenderOptions options;
-    char digest[33];
     if (!v->options->scene) return NPH_OK;
-    for (int i = 0; i < 16; i++) snprintf(digest + 2 * i, 3, "%02x", v->options->scene->digest[i]);
-    if (v->reference.scene_digest && strcmp(digest, v->reference.scene_digest) != 0)
-        return nph_error(v->context, NPH_BAD_INPUT, "the scene is not the one of the dump %s: digest %s, expected %s", v->reference.folder,
-                         digest, v->reference.scene_digest);
+    NPH_TRY(check_scene(v->context, &v->reference, v->options->scene));
     nph_manifest_options(&v->reference, &options);
     return nph_stages_open(v->context, v->options->scene, &options, &v->stages);
 }
@@ -342,7 +367,7 @@ static NphStatus check_tolerances(const Verify *v) {
 NphStatus nph_verify(NphContext *context, const char *reference, const char *candidate, const NphVerifyOptions *options,
                      NphVerification *result) {
     NphVerification made = {.first = -1};
-    Verify v = {.context = context, .options = options, .result = &made};
+    Verify v = {.context = context, .options = options, .result = &made, .digest = nph_digest_pick(nph_context_isa(context))};
     NphStatus status = nph_manifest_read(context, reference, &v.reference);
     if (status == NPH_OK) status = nph_manifest_read(context, candidate, &v.candidate);
     if (status == NPH_OK) status = nph_method_find(context, v.reference.method, &v.method);
@@ -392,6 +417,8 @@ NphStatus nph_dump_run(NphContext *context, const char *folder, NphDumpRun **run
 }
 
 const NphRenderOptions *nph_dump_run_options(const NphDumpRun *run) { return &run->options; }
+
+NphStatus nph_dump_run_check(NphContext *context, const NphDumpRun *run, const NphScene *scene) { return check_scene(context, &run->manifest, scene); }
 
 void nph_dump_run_free(NphContext *context, NphDumpRun *run) {
     if (run) nph_manifest_free(context, &run->manifest);

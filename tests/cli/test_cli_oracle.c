@@ -155,21 +155,24 @@ END_TEST
 
 /* The reference's path.track as a candidate, of which one output has another name or another array: the reference's of another
  * buffer, one that is cut short, or none. */
+enum { WHOLE, TORN, DOUBLED };
 static const struct {
     const char *title;
-    int format, status, is_torn;
+    int format, status, array_is;
     const char *stage, *output, *name, *array, *words;
 } candidates[] = {
-    {"good", 1, 0, 0, "path.track", "path.distance", "path.distance", "path.distance", "passed: 1 launches compared"},
-    {"another format", 2, 4, 0, "path.track", "path.distance", "path.distance", "path.distance",
+    {"good", 1, 0, WHOLE, "path.track", "path.distance", "path.distance", "path.distance", "passed: 1 launches compared"},
+    {"another format", 2, 4, WHOLE, "path.track", "path.distance", "path.distance", "path.distance",
      "mine/manifest.json:1: is no manifest of a dump: expected \"nephos_dump\": 1"},
-    {"unknown stage", 1, 4, 0, "path.trak", "path.distance", "path.distance", "path.distance",
+    {"unknown stage", 1, 4, WHOLE, "path.trak", "path.distance", "path.distance", "path.distance",
      "mine/manifest.json: batch 5 launch 1: method path has no stage path.trak"},
-    {"unknown buffer", 1, 1, 0, "path.track", "path.distance", "path.distanse", "path.distance", "batch 5 launch 1: missing, expected f32 [4096]"},
-    {"wrong type", 1, 1, 0, "path.track", "path.distance", "path.distance", "path.medium", "batch 5 launch 1: i32 [4096], expected f32 [4096]"},
-    {"wrong shape", 1, 1, 0, "path.track", "path.medium", "path.medium", "path.colliding", "batch 5 launch 1: i32 [4075], expected i32 [4096]"},
-    {"torn array", 1, 4, 1, "path.track", "path.distance", "path.distance", "path.distance", "mine/torn.npy: byte 128: 72 bytes follow the header"},
-    {"missing array", 1, 4, 0, "path.track", "path.distance", "path.distance", NULL, "mine/nowhere.npy: cannot read: No such file or directory"},
+    {"unknown buffer", 1, 1, WHOLE, "path.track", "path.distance", "path.distanse", "path.distance", "batch 5 launch 1: missing, expected f32 [4096]"},
+    {"wrong type", 1, 1, WHOLE, "path.track", "path.distance", "path.distance", "path.medium", "batch 5 launch 1: i32 [4096], expected f32 [4096]"},
+    {"wrong shape", 1, 1, WHOLE, "path.track", "path.medium", "path.medium", "path.colliding", "batch 5 launch 1: i32 [4075], expected i32 [4096]"},
+    {"queue whose entries stand twice", 1, 1, DOUBLED, "path.track", "path.colliding", "path.colliding", "path.colliding",
+     "first beyond tolerance: path.track, path.colliding"},
+    {"torn array", 1, 4, TORN, "path.track", "path.distance", "path.distance", "path.distance", "mine/torn.npy: byte 128: 72 bytes follow the header"},
+    {"missing array", 1, 4, WHOLE, "path.track", "path.distance", "path.distance", NULL, "mine/nowhere.npy: cannot read: No such file or directory"},
 };
 
 static const char *file_of_output(const NphManifestLaunch *launch, const char *buffer) {
@@ -187,6 +190,19 @@ static void write_torn(NphContext *context, const char *from, const char *to) {
     nph_array_free(context, &array);
 }
 
+/* As a double append leaves it. */
+static void write_doubled(NphContext *context, const char *from, const char *to) {
+    NphArray array, twice;
+    ck_assert_int_eq(nph_array_read_npy(context, from, &array), NPH_OK);
+    size_t bytes = (size_t)array.shape[0] * sizeof(int32_t);
+    ck_assert_int_gt(array.shape[0], 0);
+    ck_assert_int_eq(nph_array_new(context, NPH_I32, 1, (const int64_t[]){2 * array.shape[0]}, "twice", &twice), NPH_OK);
+    for (int i = 0; i < 2; i++) memcpy((char *)twice.data + (size_t)i * bytes, array.data, bytes);
+    ck_assert_int_eq(nph_array_write_npy(context, to, &twice), NPH_OK);
+    nph_array_free(context, &twice);
+    nph_array_free(context, &array);
+}
+
 static void write_candidate(NphContext *context, const NphManifest *manifest, int c) {
     char text[8000], path[700];
     const NphManifestLaunch *launch = nph_manifest_find(manifest, 5, 1);
@@ -197,9 +213,9 @@ static void write_candidate(NphContext *context, const NphManifest *manifest, in
         const char *buffer = launch->outputs[o].buffer;
         int changed = strcmp(buffer, candidates[c].output) == 0;
         const char *array = changed ? candidates[c].array : buffer, *file = array ? file_of_output(launch, array) : "nowhere.npy";
-        if (changed && candidates[c].is_torn) {
+        if (changed && candidates[c].array_is != WHOLE) {
             snprintf(path, sizeof path, "%s/torn.npy", mine);
-            write_torn(context, file, path);
+            (candidates[c].array_is == TORN ? write_torn : write_doubled)(context, file, path);
             file = "torn.npy";
         }
         used += snprintf(text + used, sizeof text - (size_t)used, "%s\"%s\": \"%s\"", o ? ", " : "", changed ? candidates[c].name : buffer, file);
@@ -237,6 +253,68 @@ START_TEST(bad_candidates_are_told_what_and_where) {
     expect_verdict(4, "mine/manifest.json:2: did not find expected node content", "torn manifest");
     nph_manifest_free(context, &manifest);
     nph_test_context_close(context);
+    remove_folders();
+}
+END_TEST
+
+static void shell(const char *format, const char *a, const char *b) {
+    char command[4000];
+    snprintf(command, sizeof command, format, a, b);
+    ck_assert_int_eq(system(command), 0);
+}
+
+static void expect(int status, const char *words, const char *const *arguments) {
+    const Ran *run = program_run(arguments);
+    ck_assert_msg(run->status == status && (strstr(run->out, words) || strstr(run->err, words)), "%s: %d\n%s%s", arguments[0], run->status, run->out, run->err);
+}
+#define EXPECT(status, words, ...) expect(status, words, (const char *const[]){__VA_ARGS__, NULL})
+
+/* A reference whose paths of one batch end one launch earlier, a reference that was changed after it was written, and one of another scene. */
+START_TEST(a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_refused) {
+    enter_root();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--dump-select", "pixel=120,120");
+    shell("cp -r '%s' '%s'", reference, mine);
+    EXPECT(0, "passed: ", "verify", reference, mine, "--ulp", "0", "--complete");
+    shell("sed -i '/\"batch\": 5, \"number\": 9,/d' '%s/manifest.json'%s", reference, "");
+    EXPECT(0, "passed: ", "verify", reference, mine, "--ulp", "0");
+    EXPECT(1, "the reference has no launch there", "verify", reference, mine, "--ulp", "0", "--whole-run");
+    EXPECT(0, "passed: ", "verify", mine, reference, "--ulp", "0");
+    EXPECT(1, "FAILED", "verify", mine, reference, "--ulp", "0", "--complete");
+    EXPECT(2, "the dump says what its run was", "stage", "path.track", "--from", mine, "--launch", "5:1", "-o", tracked, "-D", "path.roulette=0.9");
+    EXPECT(2, "the dump says what its run was", "stage", "path.track", "--from", mine, "--launch", "5:1", "-o", tracked, "--seed", "9");
+    EXPECT(2, "--launch: of which dump?", "stage", "path.track", "--scene", "reference/scenes/slab.yaml", "--launch", "5:1", "-o", tracked);
+    EXPECT(4, "the scene is not the one of the dump", "stage", "path.track", "--from", mine, "--launch", "5:1", "-o", tracked, "--scene", "reference/scenes/cube_g000.yaml");
+    if (has_altered()) {
+        EXPECT(4, "the scene is not the one of the dump", "tolerance", mine, "--scene", "reference/scenes/cube_g000.yaml", "-o", file_of("t.json"));
+        EXPECT(2, "is a dump, which says what its run was", "tolerance", mine, "--method", "light", "-o", file_of("t.json"));
+    }
+    shell("printf '\\377' | dd of=%s/000005.npys bs=1 seek=5000 conv=notrunc 2>/dev/null%s", mine, "");
+    EXPECT(4, "it has been changed or torn", "verify", mine, reference, "--ulp", "0", "--whole-run");
+    EXPECT(2, "one of a kind", DUMP, "--dump", tracked, "--dump-select", "batch=1", "--dump-select", "batch=2");
+    EXPECT(2, "--dump and --only exclude each other", DUMP, "--dump", tracked, "--only", "0,100,100,3");
+    EXPECT(2, "no launch of this run is selected", DUMP, "--dump", tracked, "--dump-select", "batch=999");
+    remove_folders();
+}
+END_TEST
+
+/* What a stage made of inputs of one's own, and with another argument. */
+START_TEST(inputs_and_arguments_of_ones_own_take_the_place_of_the_dumps) {
+    enter_root();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--dump-select", "pixel=120,120");
+    RUN_EXPECT(0, "stage", "path.generate", "--from", reference, "--launch", "5:0", "-q", "-o", mine);
+    shell("grep -q '\"number\": 0, \"stage\": \"path.generate\".*\"items\": 4096, \"grid\": \\[1, 1, 1\\]' '%s/manifest.json'%s", reference, "");
+    char word[800];
+    snprintf(word, sizeof word, "path.ray=%s/path.ray.npy", mine);
+    RUN_EXPECT(0, "stage", "path.track", "--from", reference, "--launch", "5:1", "--in", word, "-q", "-o", tracked);
+    check_that_stage_wrote_the_dumps("path.distance", 5, 1, "000005.npys@");
+    NphContext *context = nph_test_context(1);
+    snprintf(word, sizeof word, "%s/path.colliding.npy", tracked);
+    write_doubled(context, word, file_of("twice.npy"));
+    nph_test_context_close(context);
+    snprintf(word, sizeof word, "path.colliding=%s", file_of("twice.npy"));
+    EXPECT(4, "input path.colliding: position ", "stage", "path.scatter", "--from", reference, "--launch", "5:4", "--in", word, "-q", "-o", mine);
+    RUN_EXPECT(0, "stage", "path.track", "--from", reference, "--launch", "5:1", "--set", "vertex=3", "-q", "-o", mine);
+    ck_assert_msg(!same_files(file_of("mine/path.distance.npy"), file_of("tracked/path.distance.npy")), "other random numbers give the same flights");
     remove_folders();
 }
 END_TEST
@@ -324,6 +402,8 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_photon_map_is_dumped_and_its_stages_run_alone);
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
     tcase_add_test(cases, bad_candidates_are_told_what_and_where);
+    tcase_add_test(cases, a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_refused);
+    tcase_add_test(cases, inputs_and_arguments_of_ones_own_take_the_place_of_the_dumps);
     tcase_add_test(cases, tolerances_are_of_one_scene);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
     tcase_add_test(cases, measured_tolerances_go_where_temporary_files_go); /* changes the environment */

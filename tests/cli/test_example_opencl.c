@@ -73,6 +73,7 @@ static void verify(NphContext *context, const NphTolerances *tolerances, NphVeri
     ck_assert_int_eq(nph_scene_load(context, scene, &loaded), NPH_OK);
     options.scene = loaded;
     options.tolerances = tolerances;
+    if (!tolerances) options.ulp = 0.0;
     NphStatus status = nph_verify(context, reference, mine, &options, result);
     ck_assert_msg(status == NPH_OK, "%s", nph_test_messages());
     nph_scene_free(context, loaded);

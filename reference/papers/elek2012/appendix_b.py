@@ -15,6 +15,7 @@ def run(lab):
         knobs = {'tpm.variant': 1, 'tpm.photons': photons, 'tpm.generations': 1}
         manifest, arrays = lab.dump(lab.root / 'reference/golden/rico.yaml', 'appendix_b', knobs, words=('--spp', 16, '--crop', '0,0,4,4'), select=('stage=tpm.trace',))
         sums = numpy.array([launch['tpm.partial'] for launch in arrays], dtype=float) / manifest['transport']['fixed_point_scale']
+        sums = sums.reshape(len(arrays), 2, -1, 6)
         flux, deposits = sums[:, 0, :, 0], sums[:, 0, :, 5].mean(0)
         lit = deposits > 0.25 * numpy.median(deposits)
         relative = flux.std(0, ddof=1)[lit] / flux.mean(0)[lit]

@@ -9,12 +9,12 @@
 #define PIXEL "radiance, transmittance (3 channels each), order, distance and weight of the first vertex"
 
 const NphBuffer nph_tpm_buffers[NPH_TPM_BUFFERS] = {
-    [NPH_TPM_B_PARTIAL] = {"tpm.partial", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W",
+    [NPH_TPM_B_PARTIAL] = {"tpm.partial", NPH_I64, "[kind][z][y][x][6]", "1 / fixed_point_scale of unit_W",
                            "of a generation's photons, of the sun's and of the others: flux of three channels, flux times cosine, flux times "
                            "order, and, in print, unweighted and their number", NPH_STAT, NULL, NULL, 0},
-    [NPH_TPM_B_OLD] = {"tpm.old", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generation that leaves",
+    [NPH_TPM_B_OLD] = {"tpm.old", NPH_I64, "[kind][z][y][x][6]", "1 / fixed_point_scale of unit_W", "the same of the generation that leaves",
                        NPH_EXACT, "in a sequence of frames", NULL, 0},
-    [NPH_TPM_B_SUM] = {"tpm.sum", NPH_I64, "[kind][cell][6]", "1 / fixed_point_scale of unit_W", "the same of the generations so far", NPH_EXACT,
+    [NPH_TPM_B_SUM] = {"tpm.sum", NPH_I64, "[kind][z][y][x][6]", "1 / fixed_point_scale of unit_W", "the same of the generations so far", NPH_EXACT,
                        NULL, NULL, 0},
     [NPH_TPM_B_COARSE] = {"tpm.coarse", R, "[cell][10]", "W/m2, 1", CELL, NPH_NEAR, NULL, NULL, 0},
     [NPH_TPM_B_FINE] = {"tpm.fine", R, "[cell][10]", "W/m2, 1", CELL ", at the resolution of the density; 0 where none is near", NPH_NEAR, NULL,
@@ -83,8 +83,8 @@ int nph_tpm_view(void *opaque, int index, int buffer, NphView *out) {
     switch ((NphTpmBuffer)buffer) {
     case NPH_TPM_B_PARTIAL:
     case NPH_TPM_B_SUM:
-        *out = (NphView){NPH_I64, 3, {NPH_TPM_KINDS, cells, NPH_TPM_VALUES}, buffer == NPH_TPM_B_SUM ? cache->sums : cache->partial,
-                         cells * NPH_TPM_VALUES};
+        *out = (NphView){NPH_I64, 5, {NPH_TPM_KINDS, choice->cells[2], choice->cells[1], choice->cells[0], NPH_TPM_VALUES},
+                         buffer == NPH_TPM_B_SUM ? cache->sums : cache->partial, cells * NPH_TPM_VALUES};
         return 1;
     case NPH_TPM_B_OLD: return 0; /* what a sequence keeps stands in no launch of a single frame */
     case NPH_TPM_B_COARSE: *out = cells_of(real, cache->coarse, cells); return 1;

@@ -214,7 +214,7 @@ static NphStatus step(PathState *state, PathWorker *worker, NphLaunch *launch, N
     const NphTap *tap = state->job.tap;
     int index = (int)(worker - state->workers);
     launch->stage = (int)stage;
-    launch->items = stage == NPH_PATH_ACCUMULATE ? NPH_TILE_PIXELS : state->kernels.count(worker->batch);
+    launch->items = stage == NPH_PATH_ACCUMULATE ? NPH_TILE_PIXELS : stage == NPH_PATH_GENERATE ? NPH_PATH_BATCH : state->kernels.count(worker->batch);
     launch->arguments[NPH_PATH_LIGHT] = light;
     if (tap) NPH_TRY(tap->before(tap->user, state, index, launch));
     NPH_LAUNCH(&worker->counts, stage, launch->items, launch_stage(state, worker, launch));
