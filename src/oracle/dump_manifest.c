@@ -138,10 +138,6 @@ NphStatus nph_dump_write_manifest(const NphDump *dump, const NphJob *job, const 
     Sink sink = {.context = dump->context};
     const NphDumpOptions *what = dump->options;
     NPH_TRY(join_records(dump, &records, &count));
-    if (count == 0 && (what->stage || what->launch >= 0 || what->batch >= 0 || what->pixel_given)) {
-        nph_free(dump->context, records);
-        return nph_error(dump->context, NPH_BAD_USAGE, "--dump-select: no launch of this run is selected");
-    }
     snprintf(path, sizeof path, "%s/manifest.json", dump->options->folder);
     NphStatus status = nph_writer_open(dump->context, path, &writer);
     if (status == NPH_OK) {
@@ -152,5 +148,7 @@ NphStatus nph_dump_write_manifest(const NphDump *dump, const NphJob *job, const 
         else nph_writer_abandon(dump->context, &writer);
     }
     nph_free(dump->context, records);
+    if (status == NPH_OK && count == 0 && (what->stage || what->launch >= 0 || what->batch >= 0 || what->pixel_given))
+        return nph_error(dump->context, NPH_BAD_USAGE, "%s: no launch of this run is among those to be written (--dump-select)", path);
     return status;
 }

@@ -292,7 +292,7 @@ START_TEST(a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_ref
     EXPECT(4, "it has been changed or torn", "verify", mine, reference, "--ulp", "0", "--whole-run");
     EXPECT(2, "one of a kind", DUMP, "--dump", tracked, "--dump-select", "batch=1", "--dump-select", "batch=2");
     EXPECT(2, "--dump and --only exclude each other", DUMP, "--dump", tracked, "--only", "0,100,100,3");
-    EXPECT(2, "no launch of this run is selected", DUMP, "--dump", tracked, "--dump-select", "batch=999");
+    EXPECT(2, "no launch of this run is among those to be written", DUMP, "--dump", tracked, "--dump-select", "batch=999");
     remove_folders();
 }
 END_TEST

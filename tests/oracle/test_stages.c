@@ -235,7 +235,8 @@ START_TEST(a_selection_writes_its_launches_and_their_inputs) {
     what.pixel_given = 1;
     what.pixel[0] = 17;
     what.pixel[1] = 3;
-    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_OK);
+    ck_assert_int_eq(nph_dump(context, scene, "test.yaml", &options, &what, &film, NULL), NPH_BAD_USAGE);
+    ck_assert_ptr_nonnull(strstr(nph_test_messages(), "no launch of this run is among those to be written"));
     ck_assert_int_eq(nph_manifest_read(context, what.folder, &manifest), NPH_OK);
     ck_assert_int_eq(manifest.launch_count, 0); /* 0 generate, 1 track, 2 escape, 3 shadow, 4 scatter */
     nph_manifest_free(context, &manifest);
