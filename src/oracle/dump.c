@@ -143,7 +143,8 @@ static NphStatus check_size(const NphScene *scene, const NphRenderOptions *optio
     if (!what->pixel_given) NPH_TRY(forecast(scene, options, what, job, method, AROUND, &bytes));
     if (bytes <= (double)what->limit_bytes) return NPH_OK;
     return nph_error(job->context, NPH_NO_MEMORY, "the dump will take about %.1f MiB, its limit is %.1f MiB: write less "
-                     "(--dump-select), or allow more (--dump-limit)", bytes / 1048576.0, (double)what->limit_bytes / 1048576.0);
+                     "(--dump-select), or allow more (--dump-limit)%s", bytes / 1048576.0, (double)what->limit_bytes / 1048576.0,
+                     options->target_error > 0.0 || options->time_budget_s > 0.0 ? "; without --spp it is that of a million samples" : "");
 }
 
 static NphStatus run(NphDump *dump, const NphJob *job, const char *scene_name, const NphRenderOptions *options, NphFilm **film,

@@ -286,6 +286,9 @@ START_TEST(a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_ref
     EXPECT(4, "the scene is not the one of the dump", "stage", "path.track", "--from", mine, "--launch", "5:1", "-o", tracked, "--scene", "reference/scenes/cube_g000.yaml");
     if (has_altered()) {
         EXPECT(4, "the scene is not the one of the dump", "tolerance", mine, "--scene", "reference/scenes/cube_g000.yaml", "-o", file_of("t.json"));
+        RUN_EXPECT(0, "tolerance", mine, "-q", "-o", file_of("mine/tolerances.json"));
+        EXPECT(0, "passed: ", "verify", mine, mine, "--whole-run");
+        EXPECT(0, "passed: ", "verify", mine, mine, "--allow", "f16:path.weight");
         EXPECT(2, "is a dump, which says what its run was", "tolerance", mine, "--method", "light", "-o", file_of("t.json"));
     }
     shell("printf '\\377' | dd of=%s/000005.npys bs=1 seek=5000 conv=notrunc 2>/dev/null%s", mine, "");
