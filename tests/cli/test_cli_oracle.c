@@ -339,6 +339,22 @@ START_TEST(measured_tolerances_go_where_temporary_files_go) {
 }
 END_TEST
 
+/* The page's own commands that take a while. */
+START_TEST(the_pages_long_commands_say_what_the_page_says) {
+    enter_root();
+    if (getenv("NEPHOS_TEST_QUICK")) {
+        nph_test_skip("long commands of docs/oracle.md");
+        return;
+    }
+    EXPECT(6, "1160.8 MiB", "render", "reference/scenes/cube_g070.yaml", "-o", file_of("cube.exr"), "--spp", "16", "--crop", "120,120,136,136", "--method", "photonmap",
+           "--dump", reference, "--dump-limit", "1M");
+    if (has_altered()) {
+        RUN_EXPECT(0, "tolerance", "reference/scenes/cube_g070.yaml", "-q", "-o", file_of("cube.json"));
+        ck_assert(exists(file_of("cube.json")));
+    }
+}
+END_TEST
+
 START_TEST(tolerances_are_of_one_scene) {
     if (!has_altered()) return;
     char text[400];
@@ -407,6 +423,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, bad_candidates_are_told_what_and_where);
     tcase_add_test(cases, a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_refused);
     tcase_add_test(cases, inputs_and_arguments_of_ones_own_take_the_place_of_the_dumps);
+    tcase_add_test(cases, the_pages_long_commands_say_what_the_page_says);
     tcase_add_test(cases, tolerances_are_of_one_scene);
     tcase_add_test(cases, the_numpy_client_is_right_and_its_mistake_is_located);
     tcase_add_test(cases, measured_tolerances_go_where_temporary_files_go); /* changes the environment */

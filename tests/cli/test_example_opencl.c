@@ -120,6 +120,7 @@ START_TEST(the_opencl_client_is_the_reference_to_the_bit) {
         ck_assert_int_eq(result.run_again, result.launches);
         ck_assert_int_gt(row_of(&result, "path.colliding")->cells, 50);
         nph_verification_free(context, &result);
+        RUN_EXPECT(0, "verify", reference, mine, "--scene", scene, "--ulp", "0", "-q");
         if (has_altered()) expect_none_beyond_measured_tolerances(context);
     }
     remove_dumps();
