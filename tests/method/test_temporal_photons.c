@@ -228,6 +228,7 @@ END_TEST
 /* The picture of a furnace is as bright as its sky, with every kind of upsampling, marched to the end in small steps. */
 START_TEST(a_furnace_is_white_whatever_the_upsampling) {
     static const char *const upsampling[] = {"tpm.upsampling=0", "tpm.upsampling=1", "tpm.upsampling=2"};
+    if (!nph_test_statistics("furnace of pictures")) return;
     for (int u = 0; u < 3; u++) {
         const char *knobs[] = {upsampling[u], "tpm.photons=20000", "tpm.generations=2", "tpm.cells=200", "tpm.exit=0", "tpm.threshold=0.001"};
         RenderCase render;
@@ -335,6 +336,7 @@ END_TEST
 START_TEST(a_thin_cloud_is_as_bright_as_single_scattering_from_every_side) {
     static const char *const eyes[] = {"-3, 0.5, 0.5", "0.5, -3, 0.5", "4, 0.5, 0.5"};
     const char *knobs[] = {"tpm.photons=40000", "tpm.generations=2", "tpm.cells=64", "tpm.half=0", "tpm.upsampling=0"};
+    if (!nph_test_statistics("thin cloud")) return;
     for (int e = 0; e < 3; e++) {
         RenderCase ours, truth;
         const char *scene = render_text("nephos: 1\ncamera: {resolution: [16, 16], position: [%s], look_at: [0.5, 0.5, 0.5], fov: 30}\n"
@@ -366,6 +368,7 @@ START_TEST(half_the_resolution_shifts_nothing) {
     render_case(&render, SCENE("resolution: [16, 16], position: [0.5, -3, 0.5], look_at: [0.5, 0.5, 0.5], fov: 40", CUBE("50", "0", "0"), WHITE),
                 &options, 2);
     const float *pixels = nph_image_channel(&render.image, "R")->pixels;
+    if (!nph_test_statistics("half the resolution")) return;
     for (int i = 0; i < 256; i++) {
         sides[i % 16 < 8] += (double)pixels[i];
         sides[2 + (i / 16 < 8)] += (double)pixels[i];
