@@ -144,13 +144,15 @@ static const char *const few[] = {"tpm.photons=600", "tpm.generations=3", "tpm.c
 START_TEST(any_number_of_threads_and_a_full_plan_give_the_same_bytes) {
     static const char *const scenes[] = {SCENE(TILES, COLOURS, SUN WHITE), SCENE(TILES, PUFF, SUN WHITE)};
     static const int threads[] = {2, 3, 7};
+    int quick = getenv("NEPHOS_TEST_QUICK") != NULL;
     for (int i = 0; i < 2; i++)
         for (int precision = 32; precision <= 64; precision += 32) {
             RenderCase one, other;
             NphRenderOptions options = options_of(precision, 5, few);
+            if (quick && (i == 0) != (precision == 32)) continue; /* either precision and scene once */
             render_case(&one, scenes[i], &options, 1);
             ck_assert_double_gt(render_mean(&one, "R"), 0.01);
-            for (int t = 0; t < 4; t++) {
+            for (int t = quick ? 1 : 0; t < 4; t += quick ? 2 : 1) {
                 options.plan_full = t == 3;
                 render_case(&other, scenes[i], &options, threads[t % 3]);
                 same_pictures(&one.image, &other.image, t == 3 ? "full plan" : "threads");
@@ -266,7 +268,7 @@ START_TEST(extremes_stay_finite_and_say_so) {
         for (int k = 0; k < 3; k++)
             for (int precision = 32; precision <= 64; precision += 32) {
                 RenderCase render;
-                if (quick && (k < 2 || precision == 64)) continue;
+                if (quick && (k != 1 || precision == 64)) continue;
                 NphRenderOptions options = options_of(precision, 5, sets[k]);
                 options.frame = k == 2 ? 1000000 : 0;
                 NphStatus status = render_try(&render, scenes[i], &options, 2);
