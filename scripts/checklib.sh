@@ -58,7 +58,7 @@ run_tests() {
     mkdir -p "$dir/cases"
     NEPHOS_TEST_LOGS=$PWD/$dir/cases meson test -C "$dir" --no-rebuild --timeout-multiplier "$multiplier" "${suites[@]}" \
         >"$dir.test.log" 2>&1 </dev/null
-    scripts/test_report "$label" "$dir" "$dir/cases" "$results" ||
+    scripts/test_report "$label" "$dir" "$dir/cases" "$results" "${@:4}" ||
         { [ -f "$dir/meson-logs/testlog.json" ] || { record failed 0 "$label tests did not start"; cat "$dir.test.log"; }; }
 }
 

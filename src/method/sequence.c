@@ -26,7 +26,7 @@ NphStatus nph_sequence_open(NphContext *context, const NphScene *scene, const Np
 }
 
 static void forget(NphSequence *sequence) {
-    if (sequence->carry) sequence->method->drop(sequence->context, sequence->carry);
+    if (sequence->carry && sequence->method->drop) sequence->method->drop(sequence->context, sequence->carry);
     sequence->carry = NULL;
 }
 

@@ -246,7 +246,7 @@ static NphStatus run_frame(NphTpmState *state) {
     cache->sample = (uint32_t)sample;
     if (first < own) NPH_TRY(run_picture(state, &launch, first));
     if (first < own && kept) memcpy(kept, state->picture, bytes);
-    if (first >= own) memcpy(state->picture, kept, bytes);
+    if (first >= own && kept) memcpy(state->picture, kept, bytes);
     if (carry) NPH_TRY(run_generations(state, &launch, first < own ? own : first, own + state->age));
     if (carry) nph_tpm_carry_give(carry, cache);
     launch.arguments[NPH_TPM_ARG_GENERATION] = 0;
