@@ -143,6 +143,12 @@ void nph_tpm_generation(const NphTpmChoice *reference, const NphTpmChoice *of, d
 NphStatus nph_tpm_plan(const NphJob *job, NphPlan *plan);
 /* Some generation may have any. */
 static inline int nph_tpm_has_photons(const NphTpmChoice *choice) { return choice->traced || choice->animated; }
+/* Numbers that are the same, 0 and -0 too. */
+static inline int nph_tpm_same(const double *a, const double *b, int count) {
+    int same = 1;
+    for (int i = 0; i < count; i++) same &= a[i] >= b[i] && a[i] <= b[i];
+    return same;
+}
 static inline int64_t nph_tpm_cells(const int32_t n[3]) { return (int64_t)n[0] * n[1] * n[2]; }
 
 /* The energy of photons in units of fixed point, each entry added up on its own. Of the walk: emitted = escaped + absorbed +

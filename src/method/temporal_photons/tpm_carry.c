@@ -33,7 +33,7 @@ uint64_t nph_tpm_carry_bytes(const NphJob *job, const NphTpmChoice *choice) {
 }
 
 static int is_of(const NphTpmCarry *carry, const NphJob *job, int64_t values, size_t picture_bytes) {
-    return memcmp(carry->knobs, job->knobs, sizeof carry->knobs) == 0 && carry->seed == job->seed && carry->precision == job->precision &&
+    return nph_tpm_same(carry->knobs, job->knobs, NPH_MAX_KNOBS) && carry->seed == job->seed && carry->precision == job->precision &&
            carry->begin == job->sample_begin && carry->samples == job->sample_end - job->sample_begin && carry->values == values &&
            carry->picture_bytes == picture_bytes;
 }

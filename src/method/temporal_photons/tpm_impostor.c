@@ -4,8 +4,6 @@
  * or from a distance that differs too much, when too many generations have been exchanged, or when the cloud is another one. Every
  * frame whose number is a multiple of the last criterion's starts anew, so that no frame depends on more than those before it
  * back to there; and so does a cloud that was not wholly in the picture and is now seen otherwise. */
-#include <string.h>
-
 #include "core/fmath.h"
 #include "core/memory.h"
 #include "core/message.h"
@@ -39,9 +37,8 @@ static int is_whole(const NphScene *scene, const NphMedium *medium) {
 }
 
 static int same_view(const NphSensor *a, const NphSensor *b) {
-    return memcmp(a->position, b->position, sizeof a->position) == 0 && memcmp(a->right, b->right, sizeof a->right) == 0 &&
-           memcmp(a->up, b->up, sizeof a->up) == 0 && memcmp(a->forward, b->forward, sizeof a->forward) == 0 &&
-           memcmp(a->half_size, b->half_size, sizeof a->half_size) == 0;
+    return nph_tpm_same(a->position, b->position, 3) && nph_tpm_same(a->right, b->right, 3) && nph_tpm_same(a->up, b->up, 3) &&
+           nph_tpm_same(a->forward, b->forward, 3) && nph_tpm_same(a->half_size, b->half_size, 2);
 }
 
 /* The mean difference of two densities, over the mean of the first; both at the same parts of their boxes. */
