@@ -64,7 +64,8 @@ NphStatus nph_render(NphContext *context, const NphScene *scene, const NphRender
 
 /* Frames one after another: each the same bytes as nph_render of the scene at that frame, in less time where a method has memory
  * over time. Frames may be taken in any order; from one to the next but few the method goes on. options is copied, its texts are
- * not; its frame does not count. Keeps a reference to `scene`. */
+ * not; its frame does not count. `scene`, of any frame, and those texts must outlive the sequence. What a method sums in floats, as
+ * `tpm.variant` 1 does, depends on where the sequence began. */
 typedef struct NphSequence NphSequence;
 NphStatus nph_sequence_open(NphContext *context, const NphScene *scene, const NphRenderOptions *options, NphSequence **sequence);
 /* As nph_render. After a failure the next frame begins anew. */

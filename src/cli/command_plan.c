@@ -11,7 +11,7 @@
 typedef struct PlanCommand {
     Session session;
     RunOptions run;
-    int json, knobs;
+    int json, knobs, sequence;
 } PlanCommand;
 
 static void print_plan(const NphPlan *plan) {
@@ -52,6 +52,7 @@ static NphStatus make_plan(PlanCommand *plan, const char *path) {
     NphScene *scene = NULL;
     NphPlan made = {0};
     NPH_TRY(run_options_resolve("plan", &plan->run, &options));
+    options.sequence = plan->sequence;
     NPH_TRY(nph_scene_load_frame(context, path, options.frame, &scene));
     NphStatus status = nph_plan_make(context, scene, &options, &made);
     nph_scene_free(context, scene);
@@ -71,6 +72,8 @@ static NphStatus run(const Command *command, int argc, char **argv) {
     run_options_add(&table, &plan.run);
     option_add(&table, (Option){.name = "knobs", .kind = OPTION_FLAG, .target = &plan.knobs,
                                 .meaning = "list the knobs of every method, their ranges and what they trade"});
+    option_add(&table, (Option){.name = "sequence", .kind = OPTION_FLAG, .target = &plan.sequence,
+                                .meaning = "of nephos batch: with what one frame keeps for the next"});
     option_add(&table, (Option){.name = "json", .kind = OPTION_FLAG, .target = &plan.json,
                                 .meaning = "as JSON on standard output"});
     session_add_options(&table, &plan.session);

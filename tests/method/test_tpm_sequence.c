@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "method/tpm_case.h"
+#include "nephos/stage.h"
 
 #define SMALL "resolution: [19, 13], position: [-2, -2, 0.9], look_at: [0.5, 0.5, 0.5], fov: 40"
 #define MOVED "resolution: [19, 13], position: {frames: [0, 8], values: [[-2, -2, 0.9], [-2, -1, 0.7]]}, look_at: [0.5, 0.5, 0.5], fov: 40"
@@ -172,6 +173,105 @@ START_TEST(brighter_lights_have_more_photons_that_carry_the_same) {
 }
 END_TEST
 
+/* As bright as where it was always so. */
+static void expect_settled(const char *what, const char *changed, const char *still, double most) {
+    static const char *const knobs[] = {"tpm.photons=100000", "tpm.generations=4", "tpm.cells_x=3", "tpm.cells_y=3", "tpm.cells_z=3"};
+    double mean[2];
+    for (int s = 0; s < 2; s++) {
+        Frames frames;
+        NphImage image;
+        frames_open(&frames, s ? still : changed, 32, 2, 5, knobs);
+        alone(&frames, 8, &image, NULL);
+        mean[s] = mean_of(&image);
+        nph_image_free(frames.context, &image);
+        frames_close(&frames);
+    }
+    printf("    %s: %.6f, always so %.6f\n", what, mean[0], mean[1]);
+    ck_assert_double_le(fabs(mean[0] / mean[1] - 1.0), most);
+}
+
+/* Deposits of another medium and other cells than the reference frame's come in its units. Of the first the photons are the same, of the second
+ * there are more. */
+START_TEST(what_has_changed_since_the_reference_frame_is_as_bright_as_if_it_had_always_been_so) {
+    expect_settled("denser", SCENE(SMALL, CUBE("{frames: [3, 4], values: [2, 8]}", "0.9", "0.7"), SUN WHITE), SCENE(SMALL, CUBE("8", "0.9", "0.7"), SUN WHITE), 1e-5);
+    expect_settled("larger", SCENE(SMALL, "box: {frames: [3, 4], values: [[[0, 0, 0], [1, 1, 1]], [[0, 0, 0], [1, 1, 1.5]]]}, extinction: 4, albedo: 0.9", SUN),
+                   SCENE(SMALL, "box: [[0, 0, 0], [1, 1, 1.5]], extinction: 4, albedo: 0.9", SUN), 0.003);
+}
+END_TEST
+
+/* At frame 6 three of four generations are of the sun that has gone out, whose side they still tell. All frames
+ * have the same random numbers, of camera rays too. */
+START_TEST(light_of_a_sun_that_has_gone_out_keeps_its_side) {
+    static const char *const knobs[] = {"tpm.photons=40000", "tpm.generations=4", "tpm.cells=27"};
+    static const char dusk[] = SCENE(SMALL, GREY, "  - {type: sun, direction: [1, 1, 0.2], irradiance: {frames: [5, 6], values: [2, 0]}}\n");
+    double mean[2];
+    for (uint32_t f = 0; f < 2; f++) {
+        Frames frames;
+        NphImage image;
+        frames_open(&frames, dusk, 32, 2, 3, knobs);
+        frames.options.lock_noise = 1;
+        alone(&frames, 5 + f, &image, NULL);
+        mean[f] = mean_of(&image);
+        nph_image_free(frames.context, &image);
+        frames_close(&frames);
+    }
+    printf("    lit %.5f, a quarter gone %.5f\n", mean[0], mean[1]);
+    ck_assert_double_le(fabs(mean[1] / mean[0] - 0.75), 0.002);
+}
+END_TEST
+
+START_TEST(a_sequence_that_begins_with_nothing_has_the_bytes_of_its_frames) {
+    static const char *const knobs[] = {"tpm.photons=400", "tpm.generations=4", "tpm.cells=100", "tpm.primed=0", "tpm.impostors=1", "tpm.light=0.25"};
+    Frames frames;
+    NphSequence *sequence = NULL;
+    frames_open(&frames, SCENE(MOVED, DENSER, TURNING WHITE), 32, 2, 6, knobs);
+    ck_assert_int_eq(nph_sequence_open(frames.context, frames.scene, &frames.options, &sequence), NPH_OK);
+    for (uint32_t frame = 0; frame < 7; frame++) {
+        NphImage single, within;
+        NphFilm *film = NULL;
+        ck_assert_int_eq(nph_sequence_render(sequence, frame, &film, NULL), NPH_OK);
+        ck_assert_int_eq(nph_film_image(frames.context, film, &within), NPH_OK);
+        alone(&frames, frame, &single, NULL);
+        same_image(&single, &within, frame);
+        nph_image_free(frames.context, &within);
+        nph_image_free(frames.context, &single);
+        nph_film_free(frames.context, film);
+    }
+    nph_sequence_close(sequence);
+    frames_close(&frames);
+}
+END_TEST
+
+/* tpm.update by itself, with and without a generation that leaves. */
+START_TEST(the_exchange_of_a_generation_runs_alone) {
+    enum { VALUES = NPH_TPM_KINDS * 4 * NPH_TPM_VALUES };
+    static const char *const knobs[] = {"tpm.photons=60", "tpm.generations=3", "tpm.cells_x=2", "tpm.cells_y=2", "tpm.cells_z=1"};
+    static const char *const names[] = {"tpm.partial", "tpm.sum", "tpm.old"};
+    const int64_t shape[5] = {NPH_TPM_KINDS, 1, 2, 2, NPH_TPM_VALUES}, arguments[NPH_TPM_ARGUMENTS] = {0, 1, 0};
+    NphNamedArray inputs[3], outputs[NPH_MAX_BUFFERS];
+    NphStages *stages = NULL;
+    Frames frames;
+    frames_open(&frames, SCENE(SMALL, GREY, SUN WHITE), 32, 1, 5, knobs);
+    ck_assert_int_eq(nph_stages_open(frames.context, frames.scene, &frames.options, &stages), NPH_OK);
+    for (int i = 0; i < 3; i++) {
+        inputs[i].name = names[i];
+        ck_assert_int_eq(nph_array_new(frames.context, NPH_I64, 5, shape, names[i], &inputs[i].array), NPH_OK);
+        for (int64_t v = 0; v < VALUES; v++) ((int64_t *)inputs[i].array.data)[v] = (v + 1) * (i == 0 ? 1000000007 : i == 1 ? 99991 : 31);
+    }
+    for (int given = 3; given >= 2; given--) {
+        int count = 0;
+        ck_assert_int_eq(nph_stages_run(stages, "tpm.update", arguments, given, inputs, &count, outputs), NPH_OK);
+        ck_assert_int_eq(count, 1);
+        for (int64_t v = 0; v < VALUES; v++)
+            ck_assert_int_eq(((int64_t *)outputs[0].array.data)[v], (v + 1) * (1000000007 + 99991 - (given == 3 ? 31 : 0)));
+        nph_array_free(frames.context, &outputs[0].array);
+    }
+    for (int i = 0; i < 3; i++) nph_array_free(frames.context, &inputs[i].array);
+    nph_stages_close(stages);
+    frames_close(&frames);
+}
+END_TEST
+
 /* Between keys that are alike nothing happens. */
 START_TEST(a_scene_whose_keys_are_all_alike_is_the_scene_that_stands_still) {
     static const char *const scenes[] = {SCENE(SMALL, GREY, "  - {type: sun, direction: [-1, 0.1, 0.2], irradiance: {frames: [0, 9], values: [3, 3]}}\n" WHITE),
@@ -248,6 +348,10 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, what_is_no_number_is_reported_and_leaves_nothing_in_the_cache);
     tcase_add_test(cases, generations_of_any_size_have_the_same_mean);
     tcase_add_test(cases, brighter_lights_have_more_photons_that_carry_the_same);
+    tcase_add_test(cases, what_has_changed_since_the_reference_frame_is_as_bright_as_if_it_had_always_been_so);
+    tcase_add_test(cases, light_of_a_sun_that_has_gone_out_keeps_its_side);
+    tcase_add_test(cases, a_sequence_that_begins_with_nothing_has_the_bytes_of_its_frames);
+    tcase_add_test(cases, the_exchange_of_a_generation_runs_alone);
     tcase_add_test(cases, a_scene_whose_keys_are_all_alike_is_the_scene_that_stands_still);
     tcase_add_test(cases, a_reference_frame_in_the_dark_is_refused_and_another_one_taken);
     tcase_add_test(cases, a_plan_of_a_sequence_names_what_it_keeps_and_a_limit_refuses_it);

@@ -97,7 +97,6 @@ static void prepare_lights(const NphJob *job, const NphTpmChoice *choice, RTpmSc
     }
     double length = length_of(sky);
     for (int a = 0; a < 3; a++) {
-        if (choice->dominant >= 0) out->towards[NPH_TPM_SUN][a] = (Real)-scene->lights[choice->dominant].direction[a];
         out->towards[NPH_TPM_SKY][a] = length > 1e-9 * sum ? (Real)(sky[a] / length) : R(0.0);
     }
     if (most > 0.0) nph_mantissa(most, &exponent);
@@ -170,6 +169,8 @@ void NPH_KERNEL(nph_tpm_prepare)(const NphJob *job, const NphTpmChoice *choice, 
     out->reach = (int)job->knobs[NPH_TPM_KNOB_NEIGHBOURHOOD];
     out->spread = (Real)job->knobs[NPH_TPM_KNOB_SPREAD];
     out->spread_density = (Real)job->knobs[NPH_TPM_KNOB_SPREAD_DENSITY];
+    for (int a = 0; a < 3 && choice->dominant >= 0; a++)
+        out->towards[NPH_TPM_SUN][a] = (Real)-job->scene->lights[choice->dominant].direction[a];
     if (!choice->traced) return;
     prepare_lights(job, choice, out);
     out->dominant = choice->dominant;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * The buffers of temporal photons, and its stages alone. */
+#include "core/memory.h"
 #include "core/message.h"
 #include "method/temporal_photons/tpm_cache.h"
 
@@ -51,15 +52,20 @@ NphStatus nph_tpm_begin_launch(void *opaque, int index, NphFilm *film, const Nph
     state->film = film;
     state->slot = 0;
     state->cache.sample = (uint32_t)sample;
+    state->cache.old = NULL;
     return enter_generation(&state->cache, (NphTpmStage)launch->stage, (int)generation);
 }
 
 /* Every buffer is as large as the scene makes it. */
 NphStatus nph_tpm_extend(void *opaque, int index, int buffer, const int64_t *shape) {
-    const NphTpmState *state = opaque;
+    NphTpmState *state = opaque;
+    NphTpmCache *cache = &state->cache;
     NphView view;
-    if (!nph_tpm_view(opaque, index, buffer, &view))
-        return nph_error(state->job.context, NPH_BAD_INPUT, "%s: there is none here", nph_tpm_buffers[buffer].name);
+    if (buffer == NPH_TPM_B_OLD) {
+        if (!cache->old_room) NPH_TRY(NPH_NEW(state->job.context, cache->values, "generation that leaves", &cache->old_room));
+        cache->old = cache->old_room;
+    }
+    (void)nph_tpm_view(opaque, index, buffer, &view);
     for (int a = 0; a < view.rank; a++)
         if (shape[a] != view.shape[a])
             return nph_error(state->job.context, NPH_BAD_INPUT, "%s: axis %d has %lld items, this scene makes it %lld", nph_tpm_buffers[buffer].name,
@@ -82,11 +88,11 @@ int nph_tpm_view(void *opaque, int index, int buffer, NphView *out) {
     (void)index;
     switch ((NphTpmBuffer)buffer) {
     case NPH_TPM_B_PARTIAL:
+    case NPH_TPM_B_OLD:
     case NPH_TPM_B_SUM:
         *out = (NphView){NPH_I64, 5, {NPH_TPM_KINDS, choice->cells[2], choice->cells[1], choice->cells[0], NPH_TPM_VALUES},
-                         buffer == NPH_TPM_B_SUM ? cache->sums : cache->partial, cells * NPH_TPM_VALUES};
-        return 1;
-    case NPH_TPM_B_OLD: return 0; /* what a sequence keeps stands in no launch of a single frame */
+                         buffer == NPH_TPM_B_SUM ? cache->sums : buffer == NPH_TPM_B_OLD ? cache->old : cache->partial, cells * NPH_TPM_VALUES};
+        return buffer != NPH_TPM_B_OLD || cache->old != NULL;
     case NPH_TPM_B_COARSE: *out = cells_of(real, cache->coarse, cells); return 1;
     case NPH_TPM_B_FINE: *out = cells_of(real, cache->fine, nph_tpm_cells(choice->fine)); return 1;
     case NPH_TPM_B_PICTURE:

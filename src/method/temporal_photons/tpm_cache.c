@@ -100,6 +100,7 @@ void nph_tpm_cache_close(NphTpmCache *cache) {
     nph_free(context, cache->fine);
     nph_free(context, cache->coarse);
     nph_free(context, cache->sums);
+    nph_free(context, cache->old_room);
     nph_free(context, cache->partial);
     nph_free(context, cache->added);
 }

@@ -23,7 +23,8 @@ typedef struct NphTpmCache {
     NphTpmChoice other_choice;
     NphScene *other_scene;
     double (*shares)[NPH_TPM_KINDS]; /* of each generation that was entered */
-    const int64_t *old;         /* H that `update` takes out; NULL: none */
+    int64_t *old;               /* H that `update` takes out; NULL: none */
+    int64_t *old_room;          /* where a stage by itself finds it, once it has been given */
     int64_t *added;             /* [worker][values]: what its blocks of this generation added */
     int64_t *partial;           /* H */
     int64_t *sums;              /* I */

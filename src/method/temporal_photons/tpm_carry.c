@@ -103,7 +103,7 @@ int nph_tpm_carry_take(NphTpmCarry *carry, int64_t sample, NphTpmCache *cache) {
 
 void *nph_tpm_carry_picture(NphTpmCarry *carry) { return carry->pictures ? carry->pictures + (size_t)carry->at * carry->picture_bytes : NULL; }
 
-const int64_t *nph_tpm_carry_old(NphTpmCarry *carry, const NphTpmCache *cache) { return place_of(carry, cache); }
+int64_t *nph_tpm_carry_old(NphTpmCarry *carry, const NphTpmCache *cache) { return place_of(carry, cache); }
 
 void nph_tpm_carry_keep(NphTpmCarry *carry, const NphTpmCache *cache) {
     memcpy(place_of(carry, cache), cache->partial, (size_t)carry->values * sizeof *cache->partial);

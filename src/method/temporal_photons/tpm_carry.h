@@ -23,7 +23,7 @@ int nph_tpm_carry_take(NphTpmCarry *carry, int64_t sample, NphTpmCache *cache);
 /* Memory of the sample's picture; NULL where none is kept. */
 void *nph_tpm_carry_picture(NphTpmCarry *carry);
 /* The H that gives way to the cache's generation; then that one in its place. */
-const int64_t *nph_tpm_carry_old(NphTpmCarry *carry, const NphTpmCache *cache);
+int64_t *nph_tpm_carry_old(NphTpmCarry *carry, const NphTpmCache *cache);
 void nph_tpm_carry_keep(NphTpmCarry *carry, const NphTpmCache *cache);
 /* The sample is done. */
 void nph_tpm_carry_give(NphTpmCarry *carry, const NphTpmCache *cache);

@@ -111,7 +111,9 @@ static void choose_lights(const NphJob *job, NphTpmChoice *choice) {
                    : light->kind == NPH_LIGHT_CONSTANT    ? brightness(light->radiance) * mean * (light->hemisphere ? 6.2831853 : 12.566371)
                    : light->kind == NPH_LIGHT_ENVIRONMENT ? light->map.total * mean
                                                           : brightness(light->intensity) * 3.1415927 * seen;
-        if (light->kind == NPH_LIGHT_SUN && power[l] > sun) {
+        /* one that has gone out still tells where its older photons came from */
+        int first = choice->dominant < 0 && nph_scene_is_animated(scene);
+        if (light->kind == NPH_LIGHT_SUN && (power[l] > sun || first)) {
             sun = power[l];
             choice->dominant = l;
         }
@@ -255,6 +257,9 @@ static NphStatus plan_buffers(const NphJob *job, const NphTpmChoice *choice, Nph
     NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.partial", (threads + 2) * NPH_TPM_KINDS * cells * NPH_TPM_VALUES * 8,
                          "H, of every worker too, and I: %d x %d x %d cells, 64-bit fixed point", (int)choice->cells[0],
                          (int)choice->cells[1], (int)choice->cells[2]));
+    if (choice->animated)
+        NPH_TRY(nph_plan_add(context, plan, "buffer", "scenes of other frames", 2 * kernels.scene_bytes(0) + 2 * nph_grid_bytes(&scene->media[choice->medium < 0 ? 0 : choice->medium].grid),
+                             "the reference frame's and a generation's, with a density as large as this frame's"));
     if (job->sequence)
         NPH_TRY(nph_plan_add(context, plan, "buffer", "tpm.old", nph_tpm_carry_bytes(job, choice), "H of the last %d generations of %lld samples, and their I",
                              (int)job->knobs[NPH_TPM_KNOB_GENERATIONS], (long long)(job->sample_end - job->sample_begin)));
