@@ -3,19 +3,7 @@
  * Profiles of the atmosphere: rows turned upside down, and mistakes named with their line. */
 #include "io/air_rows.h"
 
-#include <stdio.h>
-#include <string.h>
-
-#include "harness.h"
-
-static const char *store(const char *text) {
-    const char *path = nph_test_temporary("air.dat");
-    FILE *file = fopen(path, "wb");
-    ck_assert_ptr_nonnull(file);
-    ck_assert_uint_eq(fwrite(text, 1, strlen(text), file), strlen(text));
-    ck_assert_int_eq(fclose(file), 0);
-    return path;
-}
+#include "io/rows_case.h"
 
 START_TEST(the_standard_atmosphere_is_read_from_the_ground_up) {
     NphContext *context = nph_test_context(1);
@@ -31,9 +19,7 @@ START_TEST(the_standard_atmosphere_is_read_from_the_ground_up) {
 }
 END_TEST
 
-static const struct {
-    const char *text, *place, *words;
-} mistakes[] = {
+static const RowsMistake mistakes[] = {
     {"", "", "0 rows of height in km, pressure, temperature and molecules"},
     {"0 1 2 3\n", "", "1 rows"},
     {"1 9 9 2\n0 9 9\n", ":2:", "ends before the air"},
@@ -45,19 +31,7 @@ static const struct {
     {"1 9 nan 1\n0 9 9 2\n", ":1:", "the temperature is 'nan'"},
 };
 
-START_TEST(mistakes_are_refused_with_their_line) {
-    for (size_t i = 0; i < sizeof mistakes / sizeof mistakes[0]; i++) {
-        NphContext *context = nph_test_context(1);
-        NphArray rows = {.rank = 5};
-        const char *path = store(mistakes[i].text);
-        ck_assert_int_eq(nph_air_rows_read(context, path, &rows), NPH_BAD_INPUT);
-        const char *messages = nph_test_messages();
-        ck_assert_msg(strstr(messages, mistakes[i].words) && strstr(messages, mistakes[i].place) && strstr(messages, path),
-                      "'%s' lacks '%s' or '%s'", messages, mistakes[i].words, mistakes[i].place);
-        ck_assert(rows.rank == 5);
-        nph_test_context_close(context);
-    }
-}
+START_TEST(mistakes_are_refused_with_their_line) { rows_expect_refused(mistakes, sizeof mistakes / sizeof *mistakes, nph_air_rows_read); }
 END_TEST
 
 static void fill(TCase *cases) {

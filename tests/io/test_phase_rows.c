@@ -3,19 +3,11 @@
  * Tables of phase functions as text: what is read, and every kind of mistake refused with its line. */
 #include "io/phase_rows.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/memory.h"
-#include "harness.h"
-
-static const char *store(const char *text, size_t size) {
-    const char *path = nph_test_temporary("table.txt");
-    FILE *file = fopen(path, "wb");
-    ck_assert(file != NULL && fwrite(text, 1, size, file) == size && fclose(file) == 0);
-    return path;
-}
+#include "io/rows_case.h"
 
 START_TEST(rows_are_read_with_comments_commas_and_blank_lines) {
     static const char *const texts[] = {
@@ -25,7 +17,7 @@ START_TEST(rows_are_read_with_comments_commas_and_blank_lines) {
     NphContext *context = nph_test_context(1);
     for (int i = 0; i < 4; i++) {
         NphArray rows;
-        ck_assert_msg(nph_phase_rows_read(context, store(texts[i], strlen(texts[i])), &rows) == NPH_OK, "%s", nph_test_messages());
+        ck_assert_msg(nph_phase_rows_read(context, rows_store(texts[i], strlen(texts[i])), &rows) == NPH_OK, "%s", nph_test_messages());
         ck_assert(rows.type == NPH_F64 && rows.rank == 2 && rows.shape[0] == 3 && rows.shape[1] == 2);
         ck_assert_mem_eq(rows.data, want, sizeof want);
         nph_array_free(context, &rows);
@@ -51,9 +43,7 @@ START_TEST(the_c1_table_holds_what_was_measured_on_it) {
 }
 END_TEST
 
-static const struct {
-    const char *text, *place, *words;
-} mistakes[] = {
+static const RowsMistake mistakes[] = {
     {"", "", "0 rows"},
     {"# nothing\n\n", "", "0 rows"},
     {"0 1\n", "", "1 rows"},
@@ -76,25 +66,13 @@ static const struct {
     {"0 1\n90 1111111111111111111111111111111111111111111x\n", ":2:", "..."},
 };
 
-START_TEST(mistakes_are_refused_with_their_line) {
-    for (size_t i = 0; i < sizeof mistakes / sizeof mistakes[0]; i++) {
-        NphContext *context = nph_test_context(1);
-        NphArray rows = {.rank = 5};
-        const char *path = store(mistakes[i].text, strlen(mistakes[i].text));
-        ck_assert_int_eq(nph_phase_rows_read(context, path, &rows), NPH_BAD_INPUT);
-        const char *messages = nph_test_messages();
-        ck_assert_msg(strstr(messages, mistakes[i].words) && strstr(messages, mistakes[i].place) && strstr(messages, path),
-                      "'%s' lacks '%s' or '%s'", messages, mistakes[i].words, mistakes[i].place);
-        ck_assert(rows.rank == 5);
-        nph_test_context_close(context);
-    }
-}
+START_TEST(mistakes_are_refused_with_their_line) { rows_expect_refused(mistakes, sizeof mistakes / sizeof *mistakes, nph_phase_rows_read); }
 END_TEST
 
 START_TEST(binary_bytes_are_refused_and_never_read_beyond) {
     NphContext *context = nph_test_context(1);
     NphArray rows;
-    ck_assert_int_eq(nph_phase_rows_read(context, store("0 1\n\0 180 1\n", 12), &rows), NPH_BAD_INPUT);
+    ck_assert_int_eq(nph_phase_rows_read(context, rows_store("0 1\n\0 180 1\n", 12), &rows), NPH_BAD_INPUT);
     ck_assert(strstr(nph_test_messages(), "byte 4: holds a NUL byte") != NULL);
     ck_assert_int_eq(nph_phase_rows_read(context, nph_test_temporary("missing"), &rows), NPH_BAD_INPUT);
     ck_assert(strstr(nph_test_messages(), "missing") != NULL);
@@ -104,7 +82,7 @@ START_TEST(binary_bytes_are_refused_and_never_read_beyond) {
         char text[200];
         int size = rand() % 200;
         for (int i = 0; i < size; i++) text[i] = letters[rand() % (int)(sizeof letters - 1)];
-        NphStatus status = nph_phase_rows_read(context, store(text, (size_t)size), &rows);
+        NphStatus status = nph_phase_rows_read(context, rows_store(text, (size_t)size), &rows);
         nph_test_messages();
         ck_assert(status == NPH_OK || status == NPH_BAD_INPUT);
         if (status == NPH_OK) nph_array_free(context, &rows);

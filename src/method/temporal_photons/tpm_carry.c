@@ -12,7 +12,7 @@ struct NphTpmCarry {
     uint32_t seed;
     int precision;
     int64_t begin, samples, ring, values;
-    int64_t frame, shown; /* whose generations are there, of every sample, and whose picture; below 0: none */
+    int64_t frame;      /* whose generations are there, of every sample, and the picture that it showed; below 0: none */
     int first;          /* generation that the frame under way is short of */
     int64_t at;         /* sample under way */
     size_t picture_bytes;
@@ -54,7 +54,7 @@ NphStatus nph_tpm_carry_open(const NphJob *job, const NphTpmCache *cache, size_t
     *carry = NULL;
     NPH_TRY(NPH_NEW(job->context, 1, "sequence", &made));
     *made = (NphTpmCarry){.seed = job->seed, .precision = job->precision, .begin = job->sample_begin, .samples = job->sample_end - job->sample_begin,
-                          .ring = ring_of(job), .values = cache->values, .frame = -1, .shown = -1, .picture_bytes = picture_bytes};
+                          .ring = ring_of(job), .values = cache->values, .frame = -1, .picture_bytes = picture_bytes};
     memcpy(made->knobs, job->knobs, sizeof made->knobs);
     NphStatus status = allocate(job->context, made);
     if (status != NPH_OK) nph_tpm_carry_drop(job->context, made);
@@ -85,10 +85,11 @@ static int64_t frame_of(const NphTpmCache *cache) { return nph_tpm_cache_number(
 
 void nph_tpm_carry_begin(NphTpmCarry *carry, const NphTpmCache *cache, int age) {
     int64_t shown = frame_of(cache), first = cache->choice.generations + carry->frame - shown;
-    int kept = carry->frame >= 0 && carry->frame < shown + age && first > 0 && (carry->frame < shown || carry->shown == shown);
+    /* from the frame that is shown to this one all show it, so that what an earlier one of them left is its picture */
+    int kept = carry->frame >= 0 && carry->frame < shown + age && first > 0;
     carry->first = kept ? (int)first : 0;
     if (!kept) memset(carry->shares, 0, sizeof *carry->shares * (size_t)carry->ring);
-    carry->frame = carry->shown = -1;
+    carry->frame = -1;
 }
 
 int nph_tpm_carry_take(NphTpmCarry *carry, int64_t sample, NphTpmCache *cache) {
@@ -116,6 +117,5 @@ void nph_tpm_carry_give(NphTpmCarry *carry, const NphTpmCache *cache) {
 void nph_tpm_carry_end(NphTpmCarry *carry, const NphTpmCache *cache, int age) {
     for (int g = 0; g < cache->choice.generations + age; g++)
         memcpy(carry->shares[slot_of(carry, nph_tpm_cache_number(cache, g))], cache->shares[g], sizeof *cache->shares);
-    carry->shown = frame_of(cache);
-    carry->frame = carry->shown + age;
+    carry->frame = frame_of(cache) + age;
 }
