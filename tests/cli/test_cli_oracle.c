@@ -155,24 +155,21 @@ END_TEST
 
 /* The reference's path.track as a candidate, of which one output has another name or another array: the reference's of another
  * buffer, one that is cut short, or none. */
-enum { WHOLE, TORN, DOUBLED };
 static const struct {
     const char *title;
-    int format, status, array_is;
+    int format, status, is_torn;
     const char *stage, *output, *name, *array, *words;
 } candidates[] = {
-    {"good", 1, 0, WHOLE, "path.track", "path.distance", "path.distance", "path.distance", "passed: 1 launches compared"},
-    {"another format", 2, 4, WHOLE, "path.track", "path.distance", "path.distance", "path.distance",
+    {"good", 1, 0, 0, "path.track", "path.distance", "path.distance", "path.distance", "passed: 1 launches compared"},
+    {"another format", 2, 4, 0, "path.track", "path.distance", "path.distance", "path.distance",
      "mine/manifest.json:1: is no manifest of a dump: expected \"nephos_dump\": 1"},
-    {"unknown stage", 1, 4, WHOLE, "path.trak", "path.distance", "path.distance", "path.distance",
+    {"unknown stage", 1, 4, 0, "path.trak", "path.distance", "path.distance", "path.distance",
      "mine/manifest.json: batch 5 launch 1: method path has no stage path.trak"},
-    {"unknown buffer", 1, 1, WHOLE, "path.track", "path.distance", "path.distanse", "path.distance", "batch 5 launch 1: missing, expected f32 [4096]"},
-    {"wrong type", 1, 1, WHOLE, "path.track", "path.distance", "path.distance", "path.medium", "batch 5 launch 1: i32 [4096], expected f32 [4096]"},
-    {"wrong shape", 1, 1, WHOLE, "path.track", "path.medium", "path.medium", "path.colliding", "batch 5 launch 1: i32 [4075], expected i32 [4096]"},
-    {"queue whose entries stand twice", 1, 1, DOUBLED, "path.track", "path.colliding", "path.colliding", "path.colliding",
-     "first beyond tolerance: path.track, path.colliding"},
-    {"torn array", 1, 4, TORN, "path.track", "path.distance", "path.distance", "path.distance", "mine/torn.npy: byte 128: 72 bytes follow the header"},
-    {"missing array", 1, 4, WHOLE, "path.track", "path.distance", "path.distance", NULL, "mine/nowhere.npy: cannot read: No such file or directory"},
+    {"unknown buffer", 1, 1, 0, "path.track", "path.distance", "path.distanse", "path.distance", "batch 5 launch 1: missing, expected f32 [4096]"},
+    {"wrong type", 1, 1, 0, "path.track", "path.distance", "path.distance", "path.medium", "batch 5 launch 1: i32 [4096], expected f32 [4096]"},
+    {"wrong shape", 1, 1, 0, "path.track", "path.medium", "path.medium", "path.colliding", "batch 5 launch 1: i32 [4075], expected i32 [4096]"},
+    {"torn array", 1, 4, 1, "path.track", "path.distance", "path.distance", "path.distance", "mine/torn.npy: byte 128: 72 bytes follow the header"},
+    {"missing array", 1, 4, 0, "path.track", "path.distance", "path.distance", NULL, "mine/nowhere.npy: cannot read: No such file or directory"},
 };
 
 static const char *file_of_output(const NphManifestLaunch *launch, const char *buffer) {
@@ -213,9 +210,9 @@ static void write_candidate(NphContext *context, const NphManifest *manifest, in
         const char *buffer = launch->outputs[o].buffer;
         int changed = strcmp(buffer, candidates[c].output) == 0;
         const char *array = changed ? candidates[c].array : buffer, *file = array ? file_of_output(launch, array) : "nowhere.npy";
-        if (changed && candidates[c].array_is != WHOLE) {
+        if (changed && candidates[c].is_torn) {
             snprintf(path, sizeof path, "%s/torn.npy", mine);
-            (candidates[c].array_is == TORN ? write_torn : write_doubled)(context, file, path);
+            write_torn(context, file, path);
             file = "torn.npy";
         }
         used += snprintf(text + used, sizeof text - (size_t)used, "%s\"%s\": \"%s\"", o ? ", " : "", changed ? candidates[c].name : buffer, file);
@@ -296,6 +293,28 @@ START_TEST(a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_ref
     EXPECT(2, "one of a kind", DUMP, "--dump", tracked, "--dump-select", "batch=1", "--dump-select", "batch=2");
     EXPECT(2, "--dump and --only exclude each other", DUMP, "--dump", tracked, "--only", "0,100,100,3");
     EXPECT(2, "no launch of this run is among those to be written", DUMP, "--dump", tracked, "--dump-select", "batch=999");
+    remove_folders();
+}
+END_TEST
+
+/* A double append: the stage that made it is named, and that no stage can go on from it does not end the verification. */
+START_TEST(a_queue_whose_entries_stand_twice_is_located) {
+    NphContext *context = nph_test_context(1);
+    NphManifest manifest;
+    char twice[700], command[1600];
+    enter_root();
+    RUN_EXPECT(0, DUMP, "--dump", reference, "--dump-select", "pixel=120,120");
+    ck_assert_int_eq(nph_manifest_read(context, reference, &manifest), NPH_OK);
+    shell("cp -r '%s' '%s'", reference, mine);
+    const char *file = file_of_output(nph_manifest_find(&manifest, 5, 1), "path.colliding");
+    snprintf(twice, sizeof twice, "%s/twice.npy", mine);
+    write_doubled(context, file, twice);
+    snprintf(command, sizeof command, "sed -i 's/\"%s\"/\"twice.npy\"/g' '%s/manifest.json'", strrchr(file, '/') + 1, mine);
+    ck_assert_int_eq(system(command), 0);
+    EXPECT(1, "first beyond tolerance: path.track, path.colliding, batch 5 launch 1", "verify", reference, mine, "--ulp", "0");
+    EXPECT(1, "its inputs are none that a run could have", "verify", reference, mine, "--ulp", "0");
+    nph_manifest_free(context, &manifest);
+    nph_test_context_close(context);
     remove_folders();
 }
 END_TEST
@@ -422,6 +441,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, what_cannot_be_dumped_is_refused);
     tcase_add_test(cases, bad_candidates_are_told_what_and_where);
     tcase_add_test(cases, a_longer_run_is_judged_and_a_reference_that_is_not_what_it_was_is_refused);
+    tcase_add_test(cases, a_queue_whose_entries_stand_twice_is_located);
     tcase_add_test(cases, inputs_and_arguments_of_ones_own_take_the_place_of_the_dumps);
     tcase_add_test(cases, the_pages_long_commands_say_what_the_page_says);
     tcase_add_test(cases, tolerances_are_of_one_scene);
