@@ -112,11 +112,12 @@ static int skip_if(const char *variable, const char *what, const char *reason) {
 }
 
 int nph_test_statistics(const char *what) {
-    return !skip_if("NEPHOS_TEST_QUICK", what, "long statistics, run in the release build") &&
-           !skip_if("NEPHOS_TEST_SAME_BYTES", what, "not run again: the same bytes as the release build, which ran it");
+    const char *elsewhere = getenv("NEPHOS_TEST_NO_STATISTICS");
+    return !skip_if("NEPHOS_TEST_QUICK", what, "long statistics, not under sanitizers") &&
+           !skip_if("NEPHOS_TEST_NO_STATISTICS", what, elsewhere);
 }
 
-int nph_test_long(const char *what) { return !skip_if("NEPHOS_TEST_QUICK", what, "long, run in the release build"); }
+int nph_test_long(const char *what) { return !skip_if("NEPHOS_TEST_QUICK", what, "long, not under sanitizers"); }
 
 int nph_test_wanted(const char *title) {
     const char *only = getenv("NEPHOS_TEST_ONLY");

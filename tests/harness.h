@@ -34,8 +34,7 @@ const char *nph_test_path(const char *relative);
 const char *nph_test_temporary(const char *name);
 
 /* 1 when long statistics are wanted; else names what is skipped and returns 0, and the case returns. NEPHOS_TEST_QUICK is set under
- * sanitizers, which look for other things; NEPHOS_TEST_SAME_BYTES where another build, whose pictures have been found to be the same
- * bytes, has them run. */
+ * sanitizers, which look for other things; NEPHOS_TEST_NO_STATISTICS, which says why, where another run has them. */
 int nph_test_statistics(const char *what);
 /* The same of what is slow under sanitizers alone. */
 int nph_test_long(const char *what);

@@ -64,7 +64,7 @@ static void check(const char *text, double truth, uint32_t seed) {
 START_TEST(paths_through_a_box_have_the_mean_chord_however_they_scatter) {
     static const char *const phases[] = {"isotropic", "hg, g: 0.9", "hg, g: -0.7", "rayleigh"};
     double volume = size[0] * size[1] * size[2], faces = 2.0 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 5 && (i == 0 || nph_test_statistics("mean chords")); i++) {
         double extinction = i == 4 ? 40.0 : 6.0;
         check(render_text("box: [[0, 0, 0], [1, 0.5, 0.25]], extinction: %g, albedo: 1, phase: {type: %s}", extinction,
                           phases[i % 4]), extinction * 4.0 * volume / faces, 1000u * (uint32_t)i);

@@ -41,7 +41,7 @@ START_TEST(extinction_from_nothing_to_opaque) {
     for (int i = 0; i < 3; i++) check(render_text(CAMERA "%s" SKY, box(thin[i], "0", "0")), 1.0 - 1e-6, 1.0);
     static const char *const thick[] = {"1e4", "1e6", "1e9"};
     for (int i = 0; i < 3; i++) check(render_text(CAMERA "%s" SKY, box(thick[i], "0", "0")), 0.0, 0.95);
-    check(render_text(CAMERA "%s" SKY, box("1e4", "1", "0")), 1.0, 1.0);
+    if (nph_test_long("white and opaque")) check(render_text(CAMERA "%s" SKY, box("1e4", "1", "0")), 1.0, 1.0);
     check(render_text(CAMERA "%s" SKY, box("1e4", "0.5", "0.9")), 0.0, 1.0);
 }
 END_TEST

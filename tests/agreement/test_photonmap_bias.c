@@ -79,6 +79,7 @@ START_TEST(dim_media_agree_with_path) {
     static const char *const knobs[] = {"photonmap.photons=3000", "photonmap.nearest=20"};
     RenderCase photons, path;
     NphRenderOptions options = photon_options(128, 32, 2, knobs), plain = render_options(2048, 32);
+    if (_i > 0 && !nph_test_statistics("dim media by photons")) return;
     options.seed_given = 1;
     options.seed = 33;
     render_case(&photons, render_text(scene, sensors[_i]), &options, 0);
@@ -200,6 +201,7 @@ START_TEST(an_even_light_is_not_biased_and_as_printed_is_too_bright) {
                                         "photonmap.printed=1"};
     RenderCase render;
     NphRenderOptions options = photon_options(768, 32, 3, knobs);
+    if (!nph_test_statistics("furnace of photons")) return;
     render_case(&render, furnace, &options, 0);
     double mean = render_mean(&render, "R"), error = render_error(&render, "R");
     render_free(&render);

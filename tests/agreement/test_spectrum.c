@@ -146,12 +146,14 @@ END_TEST
 
 /* A method that knows R, G, B alone would paint a wrong picture. */
 START_TEST(methods_without_wavelengths_refuse_them) {
-    static const char *const methods[] = {"light", "photonmap"};
+    static const char *const methods[] = {"light", "photonmap"}, *const knobs[] = {"photonmap.photons=1000"};
     for (int m = 0; m < 2; m++)
         for (int count = 1; count <= 2; count++) {
             RenderCase tried;
             NphRenderOptions options = render_options(16, 32);
             options.method = methods[m];
+            options.knobs = knobs;
+            options.knob_count = m;
             const char *list = count == 1 ? "wavelengths: [500]\n" : "wavelengths: [500, 600]\n";
             NphStatus status = render_try(&tried, render_text("nephos: 1\n%s"
                 "camera: {resolution: [8, 8], position: [0, -3, 0.5], look_at: [0, 0, 0.5], fov: 30}\n"

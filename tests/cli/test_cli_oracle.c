@@ -375,7 +375,7 @@ START_TEST(the_pages_long_commands_say_what_the_page_says) {
 END_TEST
 
 START_TEST(tolerances_are_of_one_scene) {
-    if (!has_altered()) return;
+    if (!has_altered() || !nph_test_long("tolerances of another scene")) return;
     char text[400];
     enter_root();
     snprintf(tolerances, sizeof tolerances, "%s", file_of("tolerances.json"));
@@ -397,7 +397,7 @@ START_TEST(tolerances_are_of_one_scene) {
 END_TEST
 
 START_TEST(the_numpy_client_is_right_and_its_mistake_is_located) {
-    if (!has_altered()) return;
+    if (!has_altered() || !nph_test_long("the client in NumPy")) return;
     enter_root();
     if (!python()) {
         nph_test_skip("no Python with NumPy");

@@ -89,6 +89,30 @@ START_TEST(without_shortcuts_the_fluence_of_cells_is_that_of_the_path_tracer) {
 }
 END_TEST
 
+/* Each order on its own, and the three together. The march adds one. */
+START_TEST(orders_of_scattering_are_the_whole_in_parts) {
+    static const char *const knobs[] = {"tpm.orders=0", "tpm.orders=1", "tpm.orders=2", "tpm.orders=3"};
+    double part[4][64], deep[4][64];
+    for (int k = 0; k < 4; k++) {
+        Cache c;
+        char all[256];
+        snprintf(all, sizeof all, PLAIN "tpm.photons=8000 tpm.generations=1 %s", knobs[k]);
+        cache_open(&c, SCENE(CAMERA, CUBE("4", "1", "0.7"), SUN), 64, 2, all);
+        ck_assert_int_eq(nph_tpm_cache_make(&c.cache, 0), NPH_OK);
+        for (int i = 0; i < 64; i++) part[k][i] = fluence_of(&c, i);
+        for (int i = 0; i < 64; i++) deep[k][i] = value_of(&c, c.cache.coarse, i, NPH_TPM_I_DEPTH);
+        cache_close(&c);
+    }
+    for (int i = 0; i < 64; i++) {
+        ck_assert_double_gt(part[1][i], 0.0);
+        ck_assert_double_eq_tol(part[1][i] + part[2][i] + part[3][i], part[0][i], 1e-9 * part[0][i]);
+        ck_assert_double_eq_tol(deep[1][i], 0.0, 1e-9);
+        ck_assert_double_eq_tol(deep[2][i], 1.0, 1e-9);
+        ck_assert_double_gt(deep[3][i], 2.0 - 1e-9);
+    }
+}
+END_TEST
+
 static void ledger_of(const char *yaml, int precision, const char *knobs, NphTpmLedger *ledger) {
     Cache c;
     cache_open(&c, yaml, precision, 3, knobs);
@@ -366,11 +390,11 @@ START_TEST(half_the_resolution_shifts_nothing) {
     RenderCase render;
     NphRenderOptions options = options_of(32, 1, knobs);
     double sides[4] = {0.0};
+    if (!nph_test_statistics("half the resolution")) return;
     options.samples = 256;
     render_case(&render, SCENE("resolution: [16, 16], position: [0.5, -3, 0.5], look_at: [0.5, 0.5, 0.5], fov: 40", CUBE("50", "0", "0"), WHITE),
                 &options, 2);
     const float *pixels = nph_image_channel(&render.image, "R")->pixels;
-    if (!nph_test_statistics("half the resolution")) return;
     for (int i = 0; i < 256; i++) {
         sides[i % 16 < 8] += (double)pixels[i];
         sides[2 + (i / 16 < 8)] += (double)pixels[i];
@@ -476,6 +500,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, in_a_white_furnace_every_cell_has_four_pi);
     tcase_add_test(cases, a_sun_without_scattering_falls_by_beers_law_and_keeps_its_direction);
     tcase_add_test(cases, without_shortcuts_the_fluence_of_cells_is_that_of_the_path_tracer);
+    tcase_add_test(cases, orders_of_scattering_are_the_whole_in_parts);
     tcase_add_test(cases, what_photons_carry_is_escaped_or_absorbed_and_what_beams_carry_collides_or_leaves);
     tcase_add_test(cases, any_number_of_threads_and_a_full_plan_give_the_same_bytes);
     tcase_add_test(cases, a_crop_shows_the_pixels_of_the_whole_picture);

@@ -93,16 +93,19 @@ static const struct {
     const char *method;
     int scene, count;
     const char *knobs[4];
-} few[] = {{"photonmap", 6, 2, {"photonmap.photons=600", "photonmap.step=1"}},
+} few[] = {{"single", 3, 1, {"single.tolerance=0.05"}},
+           {"photonmap", 6, 2, {"photonmap.photons=600", "photonmap.step=1"}},
            {"temporal_photons", 7, 4, {"tpm.photons=600", "tpm.generations=2", "tpm.cells=100", "tpm.steps=40"}}};
+
+enum { FEW = sizeof few / sizeof *few };
 
 static int few_of(int method) {
     int f = 0;
-    while (f < 2 && strcmp(few[f].method, nph_method(method)->name) != 0) f++;
+    while (f < FEW && strcmp(few[f].method, nph_method(method)->name) != 0) f++;
     return f;
 }
 
-static int full_scene(int method) { return few_of(method) < 2 ? few[few_of(method)].scene : 3; }
+static int full_scene(int method) { return few_of(method) < FEW ? few[few_of(method)].scene : 3; }
 
 static NphRenderOptions options_of(int method, int precision) {
     NphRenderOptions options;
@@ -111,8 +114,8 @@ static NphRenderOptions options_of(int method, int precision) {
     options.method = nph_method(method)->name;
     options.samples = 16;
     options.precision = precision;
-    options.knob_count = f < 2 ? few[f].count : 0;
-    options.knobs = f < 2 ? few[f].knobs : NULL;
+    options.knob_count = f < FEW ? few[f].count : 0;
+    options.knobs = f < FEW ? few[f].knobs : NULL;
     return options;
 }
 

@@ -30,6 +30,7 @@ static const NphKnob knobs[NPH_TPM_KNOBS] = {
     {"tpm.threshold", "1", "a beam ends when less than this is left of it", "bias against time", 0.01, 0.0, 1.0},
     {"tpm.similarity", "1", "scattering becomes isotropic when |g|^order falls below this; 0: never", "bias against time", 0.05, 0.0, 1.0},
     {"tpm.sky_lobe", "1", "1: the sky's light has a lobe of its own; 0: it is the same from all sides", "bias of lopsided skies", 0.0, 0.0, 1.0},
+    {"tpm.orders", "1", "light that the picture shows: 0: all; 1: scattered once; 2: twice; 3: more often", "nothing: to look at", 0.0, 0.0, 3.0},
     {"tpm.upsampling", "1", "0: linear interpolation; 1: joint bilateral, Gaussians; 2: by transmittance and density", "blur against time", 2.0, 0.0, 2.0},
     {"tpm.neighbourhood", "1", "cells on either side that upsampling looks at", "blur against time", 1.0, 1.0, 2.0},
     {"tpm.spread", "1", "standard deviation of the Gaussian in space, over the neighbourhood's radius", "blur against noise", 0.4, 0.01, 10.0},

@@ -176,6 +176,7 @@ void NPH_KERNEL(nph_tpm_prepare)(const NphJob *job, const NphTpmChoice *choice, 
     out->dominant = choice->dominant;
     out->scale = nph_power_of_2((double)choice->scale);
     out->threshold = (Real)job->knobs[NPH_TPM_KNOB_THRESHOLD];
+    out->orders = (int)job->knobs[NPH_TPM_KNOB_ORDERS];
     for (int a = 0; a < 3; a++)
         volume *= ((double)out->medium.hi[a] - (double)out->medium.lo[a]) / (double)choice->cells[a];
     out->fluence_per_unit = out->unit / out->scale / (double)out->majorant / volume;

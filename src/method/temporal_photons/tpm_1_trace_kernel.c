@@ -74,6 +74,11 @@ static double energy_of(const Lanes *l, int i) {
     return ((double)l->flux[0][i] + (double)l->flux[1][i] + (double)l->flux[2][i]) * (1.0 / 3.0);
 }
 
+/* The march scatters what is deposited once more. */
+static int is_shown(int orders, uint32_t order) {
+    return orders == 0 || (orders < 3 ? order + 1u == (uint32_t)orders : order + 1u >= 3u);
+}
+
 /* A beam starts: what its deposits are. */
 static void begin_beam(Tracer *t, int i) {
     const RTpmScene *scene = t->scene;
@@ -93,7 +98,7 @@ static void begin_beam(Tracer *t, int i) {
     value[NPH_TPM_COUNT] = scene->paper ? R(1.0) : R(0.0);
     l->reduced[i] = reduced;
     l->inverse[i] = scene->inverse_majorant[reduced];
-    l->gain[i] = scene->gain[reduced];
+    l->gain[i] = is_shown(scene->orders, l->order[i]) ? scene->gain[reduced] : R(0.0);
     l->left[i] = R(1.0);
     l->collided[i] = R(0.0);
     l->found[i] = 0;

@@ -12,6 +12,7 @@
  *
  * Detail: up to three octaves of vector noise move the places at which density and cache are looked up. */
 #include <stdio.h>
+#include <string.h>
 
 #include "method/temporal_photons/tpm_state.h"
 
@@ -20,16 +21,33 @@ void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sa
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
 void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *view, const void *picture, const int crop[4], int first, int end, void *image);
 
+enum { LANES = 64 };
+
+/* Rays on their way, and the step that each of them is at: all go on together, step by step, and where one is through the last one takes
+ * its lane, and then another pixel's. */
+typedef struct Lanes {
+    Real o[3][LANES], d[3][LANES], near[LANES], far[LANES]; /* in the medium's space */
+    Real start[LANES], cosine[NPH_TPM_KINDS][LANES];
+    Real T[LANES], light[3][LANES], collided[LANES], distance[LANES], order[LANES];
+    int32_t step[LANES], looks[LANES], through[LANES];
+    Real t[LANES], length[LANES], density[LANES], depth[LANES], p[3][LANES];
+    int32_t low[3][LANES], more[3][LANES];
+    Real share[8][LANES], cell[NPH_TPM_FIELDS][LANES];
+    Real way[3][LANES], pdf[LANES];                          /* scene-local, of what is behind */
+    Real *out[LANES];
+} Lanes;
+
 typedef struct Sight {
     const RTpmScene *scene;
     const Real *fine;
-    RCameraRay ray;
-    Real cosine[NPH_TPM_KINDS];
-    Real T, light[3], collided, distance, order;
+    int alive;
     int64_t steps;
     NphLineFn line; /* NULL: nobody looks */
     void *user;
+    Lanes lanes;
 } Sight;
+
+static int whole_vectors(int count) { return (count + 15) & ~15; }
 
 /* Periodic, linear between its points. */
 static void add_noise(const RTpmScene *scene, Real size, Real amount, const Real p[3], Real out[3]) {
@@ -61,107 +79,284 @@ static void detail(const RTpmScene *scene, const Real p[3], Real out[3]) {
     for (int a = 0; a < 3; a++) out[a] = r_clamp(p[a] + moved[a], scene->medium.lo[a], scene->medium.hi[a]);
 }
 
-static Real lobe(Real g, Real cosine) {
+R_INLINE Real lobe(Real g, Real cosine) {
     RAngle angle = {cosine, R(1.0) - cosine, R(1.0) + cosine};
     return r_hg_value(g, R(1.0) - r_abs(g), angle);
 }
 
-static void tell_step(const Sight *s, const Real *cell, Real t, Real density) {
+static void tell_step(const Sight *s) {
+    const Lanes *l = &s->lanes;
     char text[256];
-    if (!s->line) return;
-    snprintf(text, sizeof text, "  after %.9g m: density %.6g, sun %.6g (g %.4g), sky %.6g, transmittance %.6g", (double)t, (double)density,
-             (double)cell[NPH_TPM_I_SUN], (double)cell[NPH_TPM_I_G], (double)cell[NPH_TPM_I_SKY], (double)s->T);
+    if (!(l->depth[0] > R(0.0))) return;
+    snprintf(text, sizeof text, "  after %.9g m: density %.6g, sun %.6g (g %.4g), sky %.6g, transmittance %.6g", (double)l->t[0],
+             (double)l->density[0], (double)l->cell[NPH_TPM_I_SUN][0], (double)l->cell[NPH_TPM_I_G][0], (double)l->cell[NPH_TPM_I_SKY][0],
+             (double)l->T[0]);
     s->line(s->user, text);
 }
 
-static void look(Sight *s, const Real p[3], Real t, Real length) {
-    const RTpmScene *scene = s->scene;
-    const RMedium *medium = &scene->medium;
-    Real q[3];
-    detail(scene, p, q);
-    Real density = r_tpm_density(medium, q[0], q[1], q[2]), depth = density * medium->sigma_max * length;
-    s->steps++;
-    if (!(depth > R(0.0))) return;
-    RTpmEight eight;
-    Real cell[NPH_TPM_FIELDS] = {R(0.0)}, part = -r_expm1(-depth), g = medium->phase.kind == NPH_PHASE_HG ? medium->phase.g0 : R(0.0);
-    r_tpm_eight(&scene->fine, q, &eight);
-    for (int k = 0; k < 8; k++)
-        for (int v = 0; v < NPH_TPM_FIELDS; v++) cell[v] += eight.share[k] * s->fine[eight.at[k] * NPH_TPM_FIELDS + v];
-    Real sun = lobe(g * cell[NPH_TPM_I_G], s->cosine[NPH_TPM_SUN]), sky = lobe(g * cell[NPH_TPM_I_SKY_G], s->cosine[NPH_TPM_SKY]);
-    Real from_sun[3], from_sky[3];
+/* What the loops over lanes need of the scene. */
+typedef struct March {
+    Real step, lo[3], hi[3], sigma;
+    const float *majorant; /* of cells; one that is not empty where none are passed */
+    int32_t majorants[3];
+    Real majorants_per_unit;
+} March;
+
+/* Every ray to its next step, or on to where density may be: an empty majorant cell tells how many cells around it are empty too, and so
+ * how many steps are nothing. */
+R_OUTLINE void advance(Lanes *restrict l, const March *restrict from, const float *restrict majorant, int alive) {
+    const March m = *from;
+    int count = whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        Real begin = l->near[i] + (Real)l->step[i] * m.step, end = r_min(begin + m.step, l->far[i]), t = R(0.5) * (begin + end);
+        int32_t on = begin < end ? 1 : 0;
+        Real x = r_min(r_max(l->o[0][i] + t * l->d[0][i], m.lo[0]), m.hi[0]), y = r_min(r_max(l->o[1][i] + t * l->d[1][i], m.lo[1]), m.hi[1]);
+        Real z = r_min(r_max(l->o[2][i] + t * l->d[2][i], m.lo[2]), m.hi[2]);
+        int32_t c0 = (int32_t)(x * m.majorants_per_unit), c1 = (int32_t)(y * m.majorants_per_unit), c2 = (int32_t)(z * m.majorants_per_unit);
+        c0 = c0 < m.majorants[0] ? c0 : m.majorants[0] - 1;
+        c1 = c1 < m.majorants[1] ? c1 : m.majorants[1] - 1;
+        c2 = c2 < m.majorants[2] ? c2 : m.majorants[2] - 1;
+        Real around = (Real)-majorant[(c2 * m.majorants[1] + c1) * m.majorants[0] + c0];
+        Real speed = r_max(r_abs(l->d[0][i]), r_max(r_abs(l->d[1][i]), r_abs(l->d[2][i])));
+        Real free = R(4.0) * (around - R(1.0)) / r_max(speed * m.step, R(1e-12));
+        int32_t empty = around > R(0.0) ? 1 : 0;
+        int32_t more = (int32_t)r_min(r_max(free * R(0.9999), R(0.0)), R(1e6));
+        l->t[i] = t;
+        l->length[i] = end - begin;
+        l->p[0][i] = x;
+        l->p[1][i] = y;
+        l->p[2][i] = z;
+        l->looks[i] = on & (empty ^ 1);
+        l->through[i] = on ^ 1;
+        l->step[i] += 1 + empty * more;
+    }
+}
+
+/* The optical depth of every step. */
+R_OUTLINE void look_grid(Lanes *restrict l, const March *restrict m, const RGrid *restrict lattice, const int32_t *restrict brick_index,
+                         const float *restrict values, int alive) {
+    const Real sigma = m->sigma;
+    RGrid grid = *lattice;
+    grid.brick_index = brick_index;
+    grid.values = values;
+    int count = whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        Real density = r_grid_value(&grid, l->p[0][i], l->p[1][i], l->p[2][i]);
+        l->density[i] = density;
+        l->depth[i] = density * sigma * l->length[i] * (Real)l->looks[i];
+    }
+}
+
+R_OUTLINE void look_box(Lanes *restrict l, const March *restrict m, int alive) {
+    const Real sigma = m->sigma;
+    int count = whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        l->density[i] = R(1.0);
+        l->depth[i] = sigma * l->length[i] * (Real)l->looks[i];
+    }
+}
+
+/* The eight cells around, and how much of each. */
+R_OUTLINE void find_cells(Lanes *restrict l, const RTpmGrid *restrict grid, int alive) {
+    const RTpmGrid g = *grid;
+    int count = whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        RTpmAxis x = r_tpm_axis(l->p[0][i], g.lo[0], g.per_unit[0], g.n[0]), y = r_tpm_axis(l->p[1][i], g.lo[1], g.per_unit[1], g.n[1]);
+        RTpmAxis z = r_tpm_axis(l->p[2][i], g.lo[2], g.per_unit[2], g.n[2]);
+        l->low[0][i] = x.low;
+        l->low[1][i] = y.low;
+        l->low[2][i] = z.low;
+        l->more[0][i] = x.more;
+        l->more[1][i] = y.more;
+        l->more[2][i] = z.more;
+        Real s00 = (R(1.0) - x.part) * (R(1.0) - y.part), s10 = x.part * (R(1.0) - y.part), s01 = (R(1.0) - x.part) * y.part;
+        Real s11 = x.part * y.part;
+        l->share[0][i] = s00 * (R(1.0) - z.part);
+        l->share[1][i] = s10 * (R(1.0) - z.part);
+        l->share[2][i] = s01 * (R(1.0) - z.part);
+        l->share[3][i] = s11 * (R(1.0) - z.part);
+        l->share[4][i] = s00 * z.part;
+        l->share[5][i] = s10 * z.part;
+        l->share[6][i] = s01 * z.part;
+        l->share[7][i] = s11 * z.part;
+    }
+}
+
+/* The fields of eight cells, each with its share. */
+R_OUTLINE void mix_cells(const Real *restrict fine, const int64_t at[8], const Real *restrict share, Real *restrict cell) {
+    const Real *a = fine + at[0], *b = fine + at[1], *c = fine + at[2], *d = fine + at[3], *e = fine + at[4], *f = fine + at[5];
+    const Real *g = fine + at[6], *h = fine + at[7];
+    for (int v = 0; v < 8; v++) /* vec */
+        cell[v] = share[0] * a[v] + share[1] * b[v] + share[2] * c[v] + share[3] * d[v] + share[4] * e[v] + share[5] * f[v] +
+                  share[6] * g[v] + share[7] * h[v];
+    for (int v = 8; v < NPH_TPM_FIELDS; v++)
+        cell[v] = share[0] * a[v] + share[1] * b[v] + share[2] * c[v] + share[3] * d[v] + share[4] * e[v] + share[5] * f[v] +
+                  share[6] * g[v] + share[7] * h[v];
+}
+
+/* What J holds there: lane by lane, since a cell's fields lie together. */
+static void read_cells(Sight *s) {
+    const RTpmGrid *grid = &s->scene->fine;
+    Lanes *l = &s->lanes;
+    int64_t line = grid->n[0], plane = line * grid->n[1];
+    for (int i = 0; i < s->alive; i++) {
+        Real cell[NPH_TPM_FIELDS] = {R(0.0)}, share[8];
+        int64_t at[8];
+        if (l->depth[i] > R(0.0)) {
+            int64_t right = l->more[0][i], below = l->more[1][i] * line, behind = l->more[2][i] * plane;
+            int64_t first = r_tpm_cell(grid->n, l->low[0][i], l->low[1][i], l->low[2][i]);
+            for (int k = 0; k < 8; k++) {
+                at[k] = (first + (k & 1) * right + (k >> 1 & 1) * below + (k >> 2) * behind) * NPH_TPM_FIELDS;
+                share[k] = l->share[k][i];
+            }
+            mix_cells(s->fine, at, share, cell);
+        }
+        for (int v = 0; v < NPH_TPM_FIELDS; v++) l->cell[v][i] = cell[v];
+    }
+}
+
+/* Light that the step sends to the sensor; nothing where there is no depth. */
+R_OUTLINE void gather(Lanes *restrict l, const RMedium *restrict medium, int alive) {
+    const Real albedo[3] = {medium->albedo[0], medium->albedo[1], medium->albedo[2]};
+    const Real g = medium->phase.kind == NPH_PHASE_HG ? medium->phase.g0 : R(0.0);
+    int count = whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        Real part = -r_expm1(-l->depth[i]), T = l->T[i];
+        Real sun = lobe(g * l->cell[NPH_TPM_I_G][i], l->cosine[NPH_TPM_SUN][i]);
+        Real sky = lobe(g * l->cell[NPH_TPM_I_SKY_G][i], l->cosine[NPH_TPM_SKY][i]);
+        Real from_sun[3], from_sky[3];
+        for (int c = 0; c < 3; c++) {
+            Real share = T * part * albedo[c];
+            from_sun[c] = share * sun * l->cell[NPH_TPM_I_SUN + c][i];
+            from_sky[c] = share * sky * l->cell[NPH_TPM_I_SKY + c][i];
+            l->light[c][i] += from_sun[c] + from_sky[c];
+        }
+        l->order[i] += (l->cell[NPH_TPM_I_DEPTH][i] + R(1.0)) * r_luminance(from_sun) +
+                       (l->cell[NPH_TPM_I_SKY_DEPTH][i] + R(1.0)) * r_luminance(from_sky);
+        l->collided[i] += T * part;
+        l->distance[i] += T * part * (l->start[i] + l->t[i]);
+        l->T[i] = T * (R(1.0) - part);
+    }
+}
+
+/* What is behind joins. */
+static void end_ray(Sight *s, int i) {
+    const Lanes *l = &s->lanes;
+    Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3] = {l->way[0][i], l->way[1][i], l->way[2][i]}, *out = l->out[i];
+    if (!s->scene->impostor) r_lights_at_infinity(&s->scene->local, d, l->pdf[i], radiance);
     for (int c = 0; c < 3; c++) {
-        Real share = s->T * part * medium->albedo[c];
-        from_sun[c] = share * sun * cell[NPH_TPM_I_SUN + c];
-        from_sky[c] = share * sky * cell[NPH_TPM_I_SKY + c];
-        s->light[c] += from_sun[c] + from_sky[c];
+        out[NPH_SAMPLE_L0 + c] = l->light[c][i] + l->T[i] * radiance[c];
+        out[NPH_SAMPLE_T0 + c] = l->T[i];
     }
-    s->order += (cell[NPH_TPM_I_DEPTH] + R(1.0)) * r_luminance(from_sun) + (cell[NPH_TPM_I_SKY_DEPTH] + R(1.0)) * r_luminance(from_sky);
-    s->collided += s->T * part;
-    s->distance += s->T * part * (s->ray.start + t);
-    s->T *= R(1.0) - part;
-    tell_step(s, cell, t, density);
+    out[NPH_SAMPLE_DISTANCE] = l->distance[i];
+    out[NPH_SAMPLE_COLLIDED] = l->collided[i];
+    out[NPH_SAMPLE_ORDER] = l->order[i];
 }
 
-/* Steps that meet no density from here on: an empty majorant cell tells how many cells around it are empty too. */
-static int64_t empty_steps(const RTpmScene *scene, const RSpan *span, const Real p[3]) {
-    const RMedium *medium = &scene->medium;
-    const int32_t *n = medium->majorant_n;
-    int32_t c[3];
-    if (medium->shape != NPH_SHAPE_GRID || scene->noise > R(0.0)) return 0;
-    for (int a = 0; a < 3; a++) {
-        int32_t cell = (int32_t)(p[a] * R(0.25)); /* NPH_MAJORANT_CELL */
-        c[a] = cell < n[a] ? cell : n[a] - 1;
-    }
-    float around = -medium->majorant[r_tpm_cell(n, c[0], c[1], c[2])];
-    if (!(around > 0.0f)) return 0;
-    Real speed = r_max(r_abs(span->d[0]), r_max(r_abs(span->d[1]), r_abs(span->d[2])));
-    Real steps = R(4.0) * (Real)(around - 1.0f) / r_max(speed * scene->step, R(1e-12));
-    return 1 + (int64_t)r_min(steps * R(0.9999), R(1e6));
-}
-
-static void through(Sight *s) {
-    const RTpmScene *scene = s->scene;
-    RSpan span = r_clip(&scene->medium, s->ray.p, s->ray.d, R_HUGE);
-    if (!span.inside) return;
-    for (int64_t i = 0;;) {
-        Real from = span.near + (Real)i * scene->step, to = r_min(from + scene->step, span.far), t = R(0.5) * (from + to), p[3];
-        if (!(from < to)) return;
-        for (int a = 0; a < 3; a++) p[a] = r_clamp(span.o[a] + t * span.d[a], scene->medium.lo[a], scene->medium.hi[a]);
-        int64_t empty = empty_steps(scene, &span, p);
-        i += empty > 1 ? empty : 1;
-        if (empty > 0) continue;
-        look(s, p, t, to - from);
-        if (s->T < scene->exit) return;
-    }
-}
-
-static void see(Sight *s, int x, int y, uint32_t sample, Real *out) {
+/* A ray takes the lane after the last, unless it meets nothing and is over at once. */
+static void begin_ray(Sight *s, int x, int y, uint32_t sample, Real *out) {
     const RTpmScene *scene = s->scene;
     RStream stream = r_stream(&scene->local, NPH_RNG_GENERATE, (uint32_t)y * (uint32_t)scene->local.width + (uint32_t)x, sample, 0);
-    Real radiance[3] = {R(0.0), R(0.0), R(0.0)};
-    r_camera_ray(&scene->local, x, y, &stream, &s->ray);
+    Lanes *l = &s->lanes;
+    RCameraRay ray;
+    RSpan span = {.inside = 0};
+    int i = s->alive;
+    r_camera_ray(&scene->local, x, y, &stream, &ray);
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
-    if (!(s->ray.weight > R(0.0))) return;
-    s->T = R(1.0);
-    s->collided = s->distance = s->order = R(0.0);
-    for (int c = 0; c < 3; c++) s->light[c] = R(0.0);
+    if (!(ray.weight > R(0.0))) return;
+    l->out[i] = out;
+    l->pdf[i] = ray.pdf;
+    l->start[i] = ray.start;
+    l->T[i] = R(1.0);
+    l->collided[i] = l->distance[i] = l->order[i] = R(0.0);
+    for (int c = 0; c < 3; c++) l->light[c][i] = R(0.0);
     for (int k = 0; k < NPH_TPM_KINDS; k++) {
         const Real *towards = scene->towards[k];
-        s->cosine[k] = -(s->ray.d[0] * towards[0] + s->ray.d[1] * towards[1] + s->ray.d[2] * towards[2]);
+        l->cosine[k][i] = -(ray.d[0] * towards[0] + ray.d[1] * towards[1] + ray.d[2] * towards[2]);
     }
-    if (scene->local.medium_count > 0) through(s);
-    if (!scene->impostor) r_lights_at_infinity(&scene->local, s->ray.d, s->ray.pdf, radiance);
-    for (int c = 0; c < 3; c++) {
-        out[NPH_SAMPLE_L0 + c] = s->light[c] + s->T * radiance[c];
-        out[NPH_SAMPLE_T0 + c] = s->T;
+    if (scene->local.medium_count > 0) span = r_clip(&scene->medium, ray.p, ray.d, R_HUGE);
+    for (int a = 0; a < 3; a++) {
+        l->way[a][i] = ray.d[a];
+        l->o[a][i] = span.o[a];
+        l->d[a][i] = span.d[a];
     }
-    out[NPH_SAMPLE_DISTANCE] = s->distance;
-    out[NPH_SAMPLE_COLLIDED] = s->collided;
-    out[NPH_SAMPLE_ORDER] = s->order;
+    l->near[i] = span.near;
+    l->far[i] = span.far;
+    l->step[i] = 0;
+    if (span.inside) s->alive++;
+    else end_ray(s, i);
+}
+
+static void move_ray(Lanes *l, int to, int from) {
+    for (int a = 0; a < 3; a++) {
+        l->o[a][to] = l->o[a][from];
+        l->d[a][to] = l->d[a][from];
+        l->way[a][to] = l->way[a][from];
+        l->light[a][to] = l->light[a][from];
+    }
+    for (int k = 0; k < NPH_TPM_KINDS; k++) l->cosine[k][to] = l->cosine[k][from];
+    l->near[to] = l->near[from];
+    l->far[to] = l->far[from];
+    l->start[to] = l->start[from];
+    l->T[to] = l->T[from];
+    l->collided[to] = l->collided[from];
+    l->distance[to] = l->distance[from];
+    l->order[to] = l->order[from];
+    l->step[to] = l->step[from];
+    l->through[to] = l->through[from];
+    l->pdf[to] = l->pdf[from];
+    l->out[to] = l->out[from];
+}
+
+static void step_rays(Sight *s, const March *march) {
+    const RTpmScene *scene = s->scene;
+    const RMedium *medium = &scene->medium;
+    Lanes *l = &s->lanes;
+    advance(l, march, march->majorant, s->alive);
+    for (int i = 0; i < s->alive; i++) s->steps += l->looks[i];
+    for (int i = 0; i < s->alive && scene->noise > R(0.0); i++) {
+        Real p[3] = {l->p[0][i], l->p[1][i], l->p[2][i]}, q[3];
+        detail(scene, p, q);
+        for (int a = 0; a < 3; a++) l->p[a][i] = q[a];
+    }
+    if (medium->shape == NPH_SHAPE_GRID) look_grid(l, march, &medium->grid, medium->grid.brick_index, medium->grid.values, s->alive);
+    else look_box(l, march, s->alive);
+    find_cells(l, &scene->fine, s->alive);
+    read_cells(s);
+    gather(l, medium, s->alive);
+    if (s->line) tell_step(s);
+    for (int i = 0; i < s->alive;) {
+        if (!l->through[i] && !(l->T[i] < scene->exit)) {
+            i++;
+            continue;
+        }
+        end_ray(s, i);
+        move_ray(l, i, --s->alive);
+    }
+}
+
+/* Lanes that hold no ray take part in the arithmetic. */
+static void begin_march(Sight *s, March *march) {
+    static const float none = 0.0f;
+    const RTpmScene *scene = s->scene;
+    const RMedium *medium = &scene->medium;
+    memset(&s->lanes, 0, sizeof s->lanes);
+    s->alive = 0;
+    s->steps = 0;
+    march->step = scene->step;
+    march->sigma = medium->sigma_max;
+    int skips = medium->shape == NPH_SHAPE_GRID && !(scene->noise > R(0.0));
+    march->majorant = skips ? medium->majorant : &none;
+    march->majorants_per_unit = skips ? R(0.25) : R(0.0); /* 1 / NPH_MAJORANT_CELL */
+    for (int a = 0; a < 3; a++) {
+        march->lo[a] = medium->lo[a];
+        march->hi[a] = medium->hi[a];
+        march->majorants[a] = skips ? medium->majorant_n[a] : 1;
+    }
 }
 
 /* A pixel of the small picture; of two by two the ray goes through one, drawn with the sample's own words. */
-static void see_small(Sight *s, int x, int y, uint32_t sample, Real *out) {
+static void begin_small(Sight *s, int x, int y, uint32_t sample, Real *out) {
     const RScene *local = &s->scene->local;
     if (s->scene->half) {
         NphWords words = nph_philox(local->seed, (uint32_t)NPH_RNG_TPM_PIXEL << 24, (uint32_t)x, (uint32_t)y, sample, 0);
@@ -170,26 +365,34 @@ static void see_small(Sight *s, int x, int y, uint32_t sample, Real *out) {
         x = x < local->width ? x : local->width - 1;
         y = y < local->height ? y : local->height - 1;
     }
-    see(s, x, y, sample, out);
+    begin_ray(s, x, y, sample, out);
 }
 
 void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sample, int first, int end, void *picture,
                                int64_t *steps) {
     const RTpmScene *scene = memory;
     Sight sight = {.scene = scene, .fine = fine};
-    for (int row = first; row < end; row++)
-        for (int column = 0; column < scene->small[0]; column++)
-            see_small(&sight, scene->small_origin[0] + column, scene->small_origin[1] + row, sample,
-                      (Real *)picture + ((int64_t)row * scene->small[0] + column) * NPH_SAMPLE_FIELDS);
+    March march;
+    int64_t next = (int64_t)first * scene->small[0], all = (int64_t)end * scene->small[0];
+    begin_march(&sight, &march);
+    while (next < all || sight.alive > 0) {
+        for (; next < all && sight.alive < LANES; next++)
+            begin_small(&sight, scene->small_origin[0] + (int)(next % scene->small[0]), scene->small_origin[1] + (int)(next / scene->small[0]),
+                        sample, (Real *)picture + next * NPH_SAMPLE_FIELDS);
+        if (sight.alive > 0) step_rays(&sight, &march);
+    }
     *steps = sight.steps;
 }
 
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user) {
     const RTpmScene *scene = memory;
     Sight sight = {.scene = scene, .fine = fine, .line = line, .user = user};
+    March march;
     Real out[NPH_SAMPLE_FIELDS];
     char text[256];
-    see_small(&sight, scene->half ? pixel[0] / 2 : pixel[0], scene->half ? pixel[1] / 2 : pixel[1], sample, out);
+    begin_march(&sight, &march);
+    begin_small(&sight, scene->half ? pixel[0] / 2 : pixel[0], scene->half ? pixel[1] / 2 : pixel[1], sample, out);
+    while (sight.alive > 0) step_rays(&sight, &march);
     snprintf(text, sizeof text, "result: %.9g %.9g %.9g, transmittance %.9g, %lld steps", (double)out[0], (double)out[1], (double)out[2],
              (double)out[NPH_SAMPLE_T0], (long long)sight.steps);
     line(user, text);

@@ -26,6 +26,7 @@ typedef struct RTpmScene {
     Real towards[NPH_TPM_KINDS][3]; /* the directions in which most of the flux travels, scene-local */
     Real density_max, majorant, inverse_majorant[2], gain[2], albedo[2][3], survival[2]; /* before and after the switch */
     Real threshold;
+    int orders;              /* of scattering that are deposited: 0 all; 1, 2: that one, the march's being one of them; 3: later ones */
     RTpmGrid coarse, fine;
     double fluence_per_unit; /* of I: W/m2 per unit of flux of a cell's sum */
     int upsampling, reach;
@@ -47,26 +48,40 @@ static inline Real r_tpm_density(const RMedium *medium, Real u, Real v, Real w) 
     return medium->shape == NPH_SHAPE_GRID ? r_grid_value(&medium->grid, u, v, w) : R(1.0);
 }
 
-/* Eight cells around a position, and how much of each: linear between their middles, constant beyond the outermost. */
+/* Along one axis the two cells around a position, and how much of the upper: linear between their middles, constant beyond the outermost. */
+typedef struct RTpmAxis {
+    int32_t low, more; /* the lower cell; 1 where there is one above */
+    Real part;
+} RTpmAxis;
+
+R_INLINE RTpmAxis r_tpm_axis(Real p, Real lo, Real per_unit, int32_t n) {
+    RTpmAxis axis;
+    Real u = r_min(r_max((p - lo) * per_unit - R(0.5), R(0.0)), (Real)(n - 1));
+    axis.low = (int32_t)u;
+    axis.more = axis.low + 1 < n ? 1 : 0;
+    axis.part = u - (Real)axis.low;
+    return axis;
+}
+
+/* The eight cells around a position, and how much of each. */
 typedef struct RTpmEight {
     int64_t at[8];
     Real share[8];
 } RTpmEight;
 
 static inline void r_tpm_eight(const RTpmGrid *grid, const Real p[3], RTpmEight *out) {
-    int32_t low[3], high[3];
-    Real part[3];
-    for (int a = 0; a < 3; a++) {
-        Real u = (p[a] - grid->lo[a]) * grid->per_unit[a] - R(0.5), last = (Real)(grid->n[a] - 1);
-        u = r_clamp(u, R(0.0), last);
-        low[a] = (int32_t)u;
-        high[a] = low[a] + 1 < grid->n[a] ? low[a] + 1 : low[a];
-        part[a] = u - (Real)low[a];
-    }
+    RTpmAxis axis[3];
+    for (int a = 0; a < 3; a++) axis[a] = r_tpm_axis(p[a], grid->lo[a], grid->per_unit[a], grid->n[a]);
     for (int k = 0; k < 8; k++) {
-        int x = k & 1, y = k >> 1 & 1, z = k >> 2;
-        out->at[k] = r_tpm_cell(grid->n, x ? high[0] : low[0], y ? high[1] : low[1], z ? high[2] : low[2]);
-        out->share[k] = (x ? part[0] : R(1.0) - part[0]) * (y ? part[1] : R(1.0) - part[1]) * (z ? part[2] : R(1.0) - part[2]);
+        int up[3] = {k & 1, k >> 1 & 1, k >> 2};
+        int32_t at[3];
+        Real share[3];
+        for (int a = 0; a < 3; a++) {
+            at[a] = axis[a].low + (up[a] ? axis[a].more : 0);
+            share[a] = up[a] ? axis[a].part : R(1.0) - axis[a].part;
+        }
+        out->at[k] = r_tpm_cell(grid->n, at[0], at[1], at[2]);
+        out->share[k] = share[0] * share[1] * share[2];
     }
 }
 
