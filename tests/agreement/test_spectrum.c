@@ -72,6 +72,7 @@ static const char *const two = "nephos: 1\n%s"
     "surfaces:\n  - {plane: -0.1, albedo: %s}\n";
 
 START_TEST(two_wavelengths_are_two_grey_pictures_joined_by_the_observer) {
+    if (!nph_test_statistics("two wavelengths")) return;
     static const double nm[2] = {480, 610};
     static const char *const values[2][5] = {{"6", "0.95", "2", "0.3", "0.2"}, {"2", "0.8", "3", "0.1", "0.7"}};
     double weight[2][3], truth[3] = {0, 0, 0}, variance[3] = {0, 0, 0};
@@ -98,6 +99,7 @@ START_TEST(two_wavelengths_are_two_grey_pictures_joined_by_the_observer) {
 END_TEST
 
 START_TEST(wavelengths_that_are_alike_are_the_grey_scene_in_the_white_of_equal_energy) {
+    if (!nph_test_statistics("wavelengths that are alike")) return;
     static const double nm[5] = {410, 470, 530, 600, 680}, flat[5] = {1, 1, 1, 1, 1};
     double rgb[3], truth[3], error[3];
     RenderCase grey, many;

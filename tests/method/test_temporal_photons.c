@@ -41,51 +41,99 @@ START_TEST(a_sun_without_scattering_falls_by_beers_law_and_keeps_its_direction) 
 }
 END_TEST
 
-/* What the path tracer finds on the same cells of the unit cube: fluence on three Gauss planes of every layer. */
-static void trace_cells(const char *scene, int spp, Means *out) {
-    static const double at[3] = {0.11270166537925831, 0.5, 0.88729833462074169}, weight[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+/* A scene's media and lights, and the box of its medium cut into n^3 cells. Fluence of cells from planes of sensors in every layer: three
+ * of Gauss, or many in even steps. */
+typedef struct Probed {
+    const char *name, *media, *lights, *knobs;
+    int n, planes;
+    double lo[3], edge, height; /* m: of the box, a square from above */
+    double apart[4];            /* cells whose middles are nearer than apart[3] to a light are left out: fluence grows without end there */
+} Probed;
+
+static void plane_of(const Probed *probed, int k, double *at, double *weight) {
+    static const double gauss[3] = {0.11270166537925831, 0.5, 0.88729833462074169}, weights[3] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+    *at = probed->planes == 3 ? gauss[k] : (k + 0.5) / probed->planes;
+    *weight = probed->planes == 3 ? weights[k] : 1.0 / probed->planes;
+}
+
+static void probe_cells(const Probed *probed, const char *method, int spp, const unsigned char *left_out, Means *out) {
+    static const char *const knobs[] = {"light.photons=512"};
+    int n = probed->n, is_light = strcmp(method, "light") == 0;
+    double layer = probed->height / n, half = 0.5 * probed->edge;
     memset(out, 0, sizeof *out);
-    out->cells = 64;
-    for (int z = 0; z < 4; z++)
-        for (int k = 0; k < 3; k++) {
-            RenderCase path;
+    out->cells = n * n * n;
+    for (int z = 0; z < n; z++)
+        for (int k = 0; k < probed->planes; k++) {
+            RenderCase seen;
+            double at, weight;
             NphRenderOptions options = render_options(spp, 64);
+            plane_of(probed, k, &at, &weight);
             options.seed_given = 1;
-            options.seed = (uint32_t)(100 + 3 * z + k);
-            render_case(&path, render_text(scene, 0.25 * (z + at[k])), &options, 2);
-            const NphChannel *mean = nph_image_channel(&path.image, "R"), *variance = nph_image_channel(&path.image, "Variance.R");
-            for (int i = 0; i < 16; i++) {
-                int cell = (z * 4 + 3 - i / 4) * 4 + i % 4;
-                out->mean[cell] += weight[k] * (double)mean->pixels[i];
-                out->variance[cell] += weight[k] * weight[k] * (double)variance->pixels[i];
+            options.seed = (uint32_t)(100 + probed->planes * z + k);
+            options.method = method;
+            options.knob_count = is_light;
+            options.knobs = knobs;
+            render_case(&seen, render_text("nephos: 1\ncamera: {type: fluence, resolution: [%d, %d], position: [%.17g, %.17g, %.17g], direction: [0, 0, -1], "
+                                           "up: [0, 1, 0], extent: %.17g}\nmedia:\n  - {%s}\nlights:\n%s", n, n, probed->lo[0] + half,
+                                           probed->lo[1] + half, probed->lo[2] + (z + at) * layer, probed->edge, probed->media, probed->lights),
+                        &options, 2);
+            const NphChannel *mean = nph_image_channel(&seen.image, "R"), *variance = nph_image_channel(&seen.image, "Variance.R");
+            for (int i = 0; i < n * n; i++) {
+                int cell = (z * n + n - 1 - i / n) * n + i % n;
+                if (left_out[cell]) continue;
+                out->mean[cell] += weight * (double)mean->pixels[i];
+                out->variance[cell] += weight * weight * (double)variance->pixels[i];
             }
-            render_free(&path);
+            render_free(&seen);
         }
-    for (int i = 0; i < 64; i++) {
-        out->mean[64] += out->mean[i] / 64.0;
-        out->variance[64] += out->variance[i] / 4096.0;
+    for (int i = 0; i < out->cells; i++) {
+        out->mean[out->cells] += out->mean[i] / out->cells;
+        out->variance[out->cells] += out->variance[i] / ((double)out->cells * out->cells);
     }
 }
 
-#define PROBE "type: fluence, resolution: [4, 4], position: [0.5, 0.5, %.17g], direction: [0, 0, -1], up: [0, 1, 0], extent: 1"
-
-static void against_path(const char *name, const char *scene, const char *probe, int spp) {
+/* Photons of one frame in space for the noise of a picture; light's samples share none with path's. */
+static void against(const Probed *probed, int path_samples, int light_samples, double precise) {
     Cache c;
     Means ours, truth;
-    cache_open(&c, scene, 32, 2, PLAIN "tpm.photons=10000 tpm.generations=5 tpm.threshold=0");
-    measure(&c, 24, &ours);
-    trace_cells(probe, spp, &truth);
-    compare(name, &ours, &truth, 0.005);
+    char knobs[512];
+    int n = probed->n;
+    snprintf(knobs, sizeof knobs, "tpm.similarity=0 tpm.threshold=0 tpm.cells_x=%d tpm.cells_y=%d tpm.cells_z=%d %s", n, n, n, probed->knobs);
+    cache_open(&c, render_text("nephos: 1\ncamera: {" CAMERA "}\nmedia:\n  - {%s}\nlights:\n%s", probed->media, probed->lights), 32, 2, knobs);
+    for (int i = 0; i < n * n * n; i++) {
+        double d[3] = {(i % n + 0.5) * probed->edge / n, (i / n % n + 0.5) * probed->edge / n, (i / (n * n) + 0.5) * probed->height / n}, square = 0.0;
+        for (int a = 0; a < 3; a++) square += pow(probed->lo[a] + d[a] - probed->apart[a], 2.0);
+        c.left_out[i] = square < probed->apart[3] * probed->apart[3];
+    }
+    measure(&c, 32, &ours);
+    probe_cells(probed, "path", path_samples, c.left_out, &truth);
+    compare(render_text("%s, path", probed->name), &ours, &truth, precise);
+    if (light_samples > 0) {
+        probe_cells(probed, "light", light_samples, c.left_out, &truth);
+        compare(render_text("%s, light", probed->name), &ours, &truth, precise);
+    }
     cache_close(&c);
 }
 
-#define AGAINST(name, spp, medium, lights) against_path(name, SCENE(CAMERA, medium, lights), SCENE(PROBE, medium, lights), spp)
+#define RICO "density: {file: ../data/gpl/rico122x106x39.txt, centring: cell, lookup: trilinear}, transform: [{translate: [10, 10, -420]}, " \
+             "{scale: [1, 1.1509433962264151, 1]}], extinction: 1, albedo: 1, phase: {type: hg, g: 0.85}"
 
-START_TEST(without_shortcuts_the_fluence_of_cells_is_that_of_the_path_tracer) {
-    if (!nph_test_statistics("temporal photons against path")) return;
-    AGAINST("cube, g 0", 4096, CUBE("4", "1", "0"), SUN);
-    AGAINST("cube, g 0.7", 4096, CUBE("4", "1", "0.7"), SUN);
-    AGAINST("cube, g 0.96", 4096, CUBE("20", "0.99", "0.96"), SUN WHITE);
+START_TEST(without_shortcuts_the_fluence_of_cells_is_that_of_path_and_light) {
+    static const char *const photons = "tpm.photons=10000 tpm.generations=5";
+    const Probed probed[] = {
+        {"cube, g 0", CUBE("4", "1", "0"), SUN, photons, 4, 3, {0.0, 0.0, 0.0}, 1.0, 1.0, {0.0}},
+        {"cube, g 0.7", CUBE("4", "1", "0.7"), SUN, photons, 4, 3, {0.0, 0.0, 0.0}, 1.0, 1.0, {0.0}},
+        {"cube, g 0.96", CUBE("20", "0.99", "0.96"), SUN WHITE, photons, 4, 3, {0.0, 0.0, 0.0}, 1.0, 1.0, {0.0}},
+        {"sphere", "density: {file: ../data/sphere/sphere.npy, box: [[-1, -1, -1], [1, 1, 1]]}, extinction: 0.011764705882352941, albedo: 0.99, "
+         "phase: {type: hg, g: 0.3}", "  - {type: point, position: [0.3, 0.2, 0.4], intensity: 1}\n", "tpm.photons=40000 tpm.generations=5", 8, 6, {-1.0, -1.0, -1.0}, 2.0, 2.0,
+         {0.3, 0.2, 0.4, 0.45}},
+        {"rico, as wide as it is long", RICO, "  - {type: sun, direction: [-1, -1, 1.41421], irradiance: 3.14159}\n"
+         "  - {type: constant, radiance: 0.18}\n", photons, 8, 12, {0.0, 0.0, 0.0}, 2440.0, 1560.0, {0.0}},
+    };
+    static const int path_samples[] = {4096, 4096, 4096, 512, 512}, light_samples[] = {256, 256, 256, 64, 64};
+    static const double precise[] = {0.005, 0.005, 0.005, 0.005, 0.01};
+    if (!nph_test_statistics("temporal photons against path and light")) return;
+    against(&probed[_i], path_samples[_i], light_samples[_i], precise[_i]);
 }
 END_TEST
 
@@ -499,7 +547,7 @@ END_TEST
 static void fill(TCase *cases) {
     tcase_add_test(cases, in_a_white_furnace_every_cell_has_four_pi);
     tcase_add_test(cases, a_sun_without_scattering_falls_by_beers_law_and_keeps_its_direction);
-    tcase_add_test(cases, without_shortcuts_the_fluence_of_cells_is_that_of_the_path_tracer);
+    tcase_add_loop_test(cases, without_shortcuts_the_fluence_of_cells_is_that_of_path_and_light, 0, 5);
     tcase_add_test(cases, orders_of_scattering_are_the_whole_in_parts);
     tcase_add_test(cases, what_photons_carry_is_escaped_or_absorbed_and_what_beams_carry_collides_or_leaves);
     tcase_add_test(cases, any_number_of_threads_and_a_full_plan_give_the_same_bytes);
