@@ -125,12 +125,12 @@ START_TEST(without_shortcuts_the_fluence_of_cells_is_that_of_path_and_light) {
         {"cube, g 0.7", CUBE("4", "1", "0.7"), SUN, photons, 4, 3, {0.0, 0.0, 0.0}, 1.0, 1.0, {0.0}},
         {"cube, g 0.96", CUBE("20", "0.99", "0.96"), SUN WHITE, photons, 4, 3, {0.0, 0.0, 0.0}, 1.0, 1.0, {0.0}},
         {"sphere", "density: {file: ../data/sphere/sphere.npy, box: [[-1, -1, -1], [1, 1, 1]]}, extinction: 0.011764705882352941, albedo: 0.99, "
-         "phase: {type: hg, g: 0.3}", "  - {type: point, position: [0.3, 0.2, 0.4], intensity: 1}\n", "tpm.photons=40000 tpm.generations=5", 8, 6, {-1.0, -1.0, -1.0}, 2.0, 2.0,
+         "phase: {type: hg, g: 0.3}", "  - {type: point, position: [0.3, 0.2, 0.4], intensity: 1}\n", photons, 8, 6, {-1.0, -1.0, -1.0}, 2.0, 2.0,
          {0.3, 0.2, 0.4, 0.45}},
         {"rico, as wide as it is long", RICO, "  - {type: sun, direction: [-1, -1, 1.41421], irradiance: 3.14159}\n"
          "  - {type: constant, radiance: 0.18}\n", photons, 8, 12, {0.0, 0.0, 0.0}, 2440.0, 1560.0, {0.0}},
     };
-    static const int path_samples[] = {4096, 4096, 4096, 512, 512}, light_samples[] = {256, 256, 256, 64, 64};
+    static const int path_samples[] = {4096, 4096, 4096, 2048, 512}, light_samples[] = {256, 256, 256, 64, 64};
     static const double precise[] = {0.005, 0.005, 0.005, 0.005, 0.01};
     if (!nph_test_statistics("temporal photons against path and light")) return;
     against(&probed[_i], path_samples[_i], light_samples[_i], precise[_i]);
