@@ -12,7 +12,8 @@ typedef struct Golden {
     int64_t samples;
 } Golden;
 static const Golden goldens[] = {{"cube_g000", 64}, {"cube_g070", 64}, {"cube_g095", 64}, {"slab", 256},
-                                 {"slab16", 256},   {"smoke", 16},     {"rico", 16},      {"cumulus", 16},   {"les_stcu", 16}};
+                                 {"slab16", 256},   {"smoke", 16},     {"rico", 16},      {"cumulus", 16},   {"les_stcu", 16},
+                                 {"sphere", 64},    {"smoke_ground", 16}, {"smoke_seq", 16}, {"night", 16}};
 enum { GOLDENS = sizeof goldens / sizeof goldens[0] };
 
 static void load(const char *name, RenderCase *render) {

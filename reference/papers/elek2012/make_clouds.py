@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Clouds of the sizes of Table 1. The paper's own were modelled by hand and are not to be had: the fields of RICO, of les_stcu and
-frame 48 of smoke_seq stand in, resampled to its numbers of voxels and stretched to its kilometres, the largest density 1."""
+frame 48 of smoke_seq stand in, resampled to its numbers of voxels and stretched to its kilometres; clipped at the upper quartile of the
+density, which is 1, so that a cloud is a body as those of the paper are."""
 import zlib
 
 import numpy
@@ -23,7 +24,7 @@ def resample(field, voxels):
         high = numpy.minimum(low + 1, field.shape[axis] - 1)
         part = (at - low).reshape([-1 if a == axis else 1 for a in range(3)])
         field = numpy.take(field, low, axis) * (1 - part) + numpy.take(field, high, axis) * part
-    return (field / field.max()).astype(numpy.float32)
+    return (field / numpy.quantile(field[field > 0.01 * field.max()], 0.75)).clip(0, 1).astype(numpy.float32)
 
 
 def density_of(lab, scene):
@@ -40,7 +41,7 @@ def make(lab, name, resolution, sun='direction: [-0.6, -0.5, 0.62]'):
     if not volume.exists():
         numpy.save(volume, resample(density_of(lab, source), voxels))
     metres = [1000.0 * edge for edge in size]
-    away = 2.2 * max(metres)
+    away = 1.5 * max(metres)
     middle = [0.5 * edge for edge in metres]
     scene = lab.work / f'{name}_{resolution[0]}_{zlib.crc32(sun.encode()):08x}.yaml'
     scene.write_text(f'''nephos: 1
