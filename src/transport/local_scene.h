@@ -17,6 +17,10 @@
 #include "optics/phase_lookup.h"
 #include "scene/model.h"
 
+/* Loops over lanes run to a whole number of the widest vectors: the arrays are long enough, and lanes behind the last one
+ * hold what was there. */
+static inline int r_whole_vectors(int count) { return (count + 15) & ~15; }
+
 /* Stage numbers of the random streams. */
 enum { NPH_RNG_GENERATE = 1, NPH_RNG_TRACK = 2, NPH_RNG_SCATTER = 3, NPH_RNG_LIGHT = 4, NPH_RNG_SHADOW = 5,
        NPH_RNG_EMISSION = 10, NPH_RNG_NEAR = 11, NPH_RNG_NEAR_SHADOW = 12, NPH_RNG_AROUND_TO = 13,

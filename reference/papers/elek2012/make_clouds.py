@@ -38,8 +38,7 @@ def make(lab, name, resolution, sun='direction: [-0.6, -0.5, 0.62]'):
     """Path of the scene, and the knobs of its cells."""
     source, voxels, size, cells = CLOUDS[name]
     volume = lab.work / f'{name}.npy'
-    if not volume.exists():
-        numpy.save(volume, resample(density_of(lab, source), voxels))
+    numpy.save(volume, resample(density_of(lab, source), voxels))
     metres = [1000.0 * edge for edge in size]
     away = 1.5 * max(metres)
     middle = [0.5 * edge for edge in metres]

@@ -55,8 +55,6 @@ size_t NPH_KERNEL(nph_tpm_trace_bytes)(int64_t cells, int shared) {
     return sizeof(Tracer) + (shared ? (size_t)cells * NPH_TPM_VALUES * sizeof(Real) : 0);
 }
 
-static int whole_vectors(int count) { return (count + 15) & ~15; }
-
 static uint32_t key_of(const Tracer *t, uint32_t stage) { return stage << 24 | (t->block->generation & 0xffffffu); }
 
 /* In units of fixed point, to the nearest. */
@@ -188,7 +186,7 @@ R_INLINE Lane event(Lane lane, Lanes *restrict l, int i, int e, const Flight *f,
 R_INLINE void fly_lanes(Lanes *restrict l, const Flight *from, const RGrid *lattice, int grid, int alive) {
     const Flight f = *from;
     const RGrid view = *lattice;
-    int count = whole_vectors(alive);
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         NphWords words = nph_philox(f.key0, f.key1, l->photon[i], f.sample, l->order[i], l->draw[i]);
         Lane lane = {l->u[0][i],    l->u[1][i],    l->u[2][i],    l->left[i], l->collided[i], l->next[0][i],
@@ -291,7 +289,7 @@ static void copy_lane(Lanes *l, int to, int from) {
 
 /* Directions of the lanes that scatter, and the word of their roulette. */
 R_OUTLINE void turn(Turns *restrict turns, uint32_t key0, uint32_t key1, uint32_t sample, int number) {
-    int count = whole_vectors(number);
+    int count = r_whole_vectors(number);
     for (int k = 0; k < count; k++) { /* vec */
         NphWords words = nph_philox(key0, key1, turns->photon[k], sample, turns->order[k], 0);
         Real d[3] = {turns->d[0][k], turns->d[1][k], turns->d[2][k]}, out[3];

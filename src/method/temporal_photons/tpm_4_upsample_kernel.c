@@ -247,7 +247,7 @@ static void filter_block(const RTpmScene *scene, const Filter *filter, Block *bl
     int cells = block->count;
     if (cells == 0) return;
     fill_vectors(block);
-    block->count = (cells + 15) & ~15;
+    block->count = r_whole_vectors(cells);
     for (int i = 0; i < block->count; i++) {
         block->least[i] = R_HUGE;
         block->sum[i] = block->bent[i] = block->cosine[i] = R(0.0);

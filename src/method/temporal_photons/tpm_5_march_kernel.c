@@ -12,7 +12,6 @@
  *
  * Detail: up to three octaves of vector noise move the places at which density and cache are looked up. */
 #include <stdio.h>
-#include <string.h>
 
 #include "method/temporal_photons/tpm_state.h"
 
@@ -24,7 +23,7 @@ void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *view, const voi
 enum { LANES = 64 };
 
 /* Rays on their way, and the step that each of them is at: all go on together, step by step, and where one is through the last one takes
- * its lane, and then another pixel's. */
+ * its lane, and then another pixel's. Lanes without a ray take part in the arithmetic: they begin as zeros. */
 typedef struct Lanes {
     Real o[3][LANES], d[3][LANES], near[LANES], far[LANES]; /* in the medium's space */
     Real start[LANES], cosine[NPH_TPM_KINDS][LANES];
@@ -46,8 +45,6 @@ typedef struct Sight {
     void *user;
     Lanes lanes;
 } Sight;
-
-static int whole_vectors(int count) { return (count + 15) & ~15; }
 
 /* Periodic, linear between its points. */
 static void add_noise(const RTpmScene *scene, Real size, Real amount, const Real p[3], Real out[3]) {
@@ -106,7 +103,7 @@ typedef struct March {
  * how many steps are nothing. */
 R_OUTLINE void advance(Lanes *restrict l, const March *restrict from, const float *restrict majorant, int alive) {
     const March m = *from;
-    int count = whole_vectors(alive);
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         Real begin = l->near[i] + (Real)l->step[i] * m.step, end = r_min(begin + m.step, l->far[i]), t = R(0.5) * (begin + end);
         int32_t on = begin < end ? 1 : 0;
@@ -128,7 +125,7 @@ R_OUTLINE void advance(Lanes *restrict l, const March *restrict from, const floa
         l->p[2][i] = z;
         l->looks[i] = on & (empty ^ 1);
         l->through[i] = on ^ 1;
-        l->step[i] += 1 + empty * more;
+        l->step[i] += on * (1 + empty * more); /* lanes that are through, or hold no ray, stay */
     }
 }
 
@@ -139,7 +136,7 @@ R_OUTLINE void look_grid(Lanes *restrict l, const March *restrict m, const RGrid
     RGrid grid = *lattice;
     grid.brick_index = brick_index;
     grid.values = values;
-    int count = whole_vectors(alive);
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         Real density = r_grid_value(&grid, l->p[0][i], l->p[1][i], l->p[2][i]);
         l->density[i] = density;
@@ -149,7 +146,7 @@ R_OUTLINE void look_grid(Lanes *restrict l, const March *restrict m, const RGrid
 
 R_OUTLINE void look_box(Lanes *restrict l, const March *restrict m, int alive) {
     const Real sigma = m->sigma;
-    int count = whole_vectors(alive);
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         l->density[i] = R(1.0);
         l->depth[i] = sigma * l->length[i] * (Real)l->looks[i];
@@ -159,7 +156,7 @@ R_OUTLINE void look_box(Lanes *restrict l, const March *restrict m, int alive) {
 /* The eight cells around, and how much of each. */
 R_OUTLINE void find_cells(Lanes *restrict l, const RTpmGrid *restrict grid, int alive) {
     const RTpmGrid g = *grid;
-    int count = whole_vectors(alive);
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         RTpmAxis x = r_tpm_axis(l->p[0][i], g.lo[0], g.per_unit[0], g.n[0]), y = r_tpm_axis(l->p[1][i], g.lo[1], g.per_unit[1], g.n[1]);
         RTpmAxis z = r_tpm_axis(l->p[2][i], g.lo[2], g.per_unit[2], g.n[2]);
@@ -219,7 +216,7 @@ static void read_cells(Sight *s) {
 R_OUTLINE void gather(Lanes *restrict l, const RMedium *restrict medium, int alive) {
     const Real albedo[3] = {medium->albedo[0], medium->albedo[1], medium->albedo[2]};
     const Real g = medium->phase.kind == NPH_PHASE_HG ? medium->phase.g0 : R(0.0);
-    int count = whole_vectors(alive);
+    int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         Real part = -r_expm1(-l->depth[i]), T = l->T[i];
         Real sun = lobe(g * l->cell[NPH_TPM_I_G][i], l->cosine[NPH_TPM_SUN][i]);
@@ -335,24 +332,18 @@ static void step_rays(Sight *s, const March *march) {
     }
 }
 
-/* Lanes that hold no ray take part in the arithmetic. */
-static void begin_march(Sight *s, March *march) {
+static March march_of(const RTpmScene *scene) {
     static const float none = 0.0f;
-    const RTpmScene *scene = s->scene;
     const RMedium *medium = &scene->medium;
-    memset(&s->lanes, 0, sizeof s->lanes);
-    s->alive = 0;
-    s->steps = 0;
-    march->step = scene->step;
-    march->sigma = medium->sigma_max;
     int skips = medium->shape == NPH_SHAPE_GRID && !(scene->noise > R(0.0));
-    march->majorant = skips ? medium->majorant : &none;
-    march->majorants_per_unit = skips ? R(0.25) : R(0.0); /* 1 / NPH_MAJORANT_CELL */
+    March march = {.step = scene->step, .sigma = medium->sigma_max, .majorant = skips ? medium->majorant : &none,
+                   .majorants_per_unit = skips ? R(0.25) : R(0.0)}; /* 1 / NPH_MAJORANT_CELL */
     for (int a = 0; a < 3; a++) {
-        march->lo[a] = medium->lo[a];
-        march->hi[a] = medium->hi[a];
-        march->majorants[a] = skips ? medium->majorant_n[a] : 1;
+        march.lo[a] = medium->lo[a];
+        march.hi[a] = medium->hi[a];
+        march.majorants[a] = skips ? medium->majorant_n[a] : 1;
     }
+    return march;
 }
 
 /* A pixel of the small picture; of two by two the ray goes through one, drawn with the sample's own words. */
@@ -372,9 +363,8 @@ void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sa
                                int64_t *steps) {
     const RTpmScene *scene = memory;
     Sight sight = {.scene = scene, .fine = fine};
-    March march;
+    const March march = march_of(scene);
     int64_t next = (int64_t)first * scene->small[0], all = (int64_t)end * scene->small[0];
-    begin_march(&sight, &march);
     while (next < all || sight.alive > 0) {
         for (; next < all && sight.alive < LANES; next++)
             begin_small(&sight, scene->small_origin[0] + (int)(next % scene->small[0]), scene->small_origin[1] + (int)(next / scene->small[0]),
@@ -387,10 +377,9 @@ void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sa
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user) {
     const RTpmScene *scene = memory;
     Sight sight = {.scene = scene, .fine = fine, .line = line, .user = user};
-    March march;
+    const March march = march_of(scene);
     Real out[NPH_SAMPLE_FIELDS];
     char text[256];
-    begin_march(&sight, &march);
     begin_small(&sight, scene->half ? pixel[0] / 2 : pixel[0], scene->half ? pixel[1] / 2 : pixel[1], sample, out);
     while (sight.alive > 0) step_rays(&sight, &march);
     snprintf(text, sizeof text, "result: %.9g %.9g %.9g, transmittance %.9g, %lld steps", (double)out[0], (double)out[1], (double)out[2],

@@ -68,10 +68,6 @@ typedef struct RTile {
     RStream stream; /* but pixel and sample */
 } RTile;
 
-/* Loops over lanes run to a whole number of the widest vectors: the arrays are long enough, and lanes behind the last path
- * hold what was there. */
-static inline int r_whole_vectors(int count) { return (count + 15) & ~15; }
-
 static inline RTile r_tile(const NphPathBatch *batch, const RStream *stream, int count, int medium) {
     RTile tile = {batch->tile_x, batch->tile_y, batch->scene->width, batch->first_sample, count, medium, *stream};
     return tile;
