@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/message.h"
+#include "method/principal_ordinates/pop.h"
 #include "method/temporal_photons/tpm.h"
 #include "truth/light/light_tracing.h"
 #include "truth/path/path.h"
@@ -19,6 +20,7 @@ static const NphMethod *const methods[] = {
     &nph_single,
     &nph_photonmap,
     &nph_temporal_photons,
+    &nph_principal_ordinates,
 };
 
 int nph_method_count(void) { return (int)(sizeof methods / sizeof *methods); }

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * pop.march [Elek14 sec. 4.4]. Along a ray in steps of the box's diagonal over a number, front to back, per channel:
+ *   L += T a (1 - e^(-s_t step)) J,   T *= e^(-s_t step)
+ * J is what was merged: the light scattered to the observer, over s_s. The density is that of a step's middle. What is behind joins. */
+#include <stdio.h>
+
+#include "method/principal_ordinates/pop_state.h"
+
+void NPH_KERNEL(nph_pop_march)(const void *memory, const NphPopArrays *arrays, const int rect[4], int64_t chunk, void *samples, int64_t *steps);
+void NPH_KERNEL(nph_pop_replay)(const void *memory, const NphPopArrays *arrays, const int pixel[2], uint32_t sample, NphLineFn line, void *user);
+
+enum { LANES = 64 };
+
+/* Rays on their way; lanes without one begin as zeros and take part in the arithmetic. */
+typedef struct Lanes {
+    Real o[3][LANES], d[3][LANES], near[LANES], far[LANES]; /* in the medium's space */
+    Real T[3][LANES], light[3][LANES], collided[LANES], distance[LANES], start[LANES];
+    Real p[3][LANES], t[LANES], length[LANES], density[LANES];
+    int32_t step[LANES], looks[LANES], through[LANES], first[LANES], more[3][LANES];
+    Real part[3][LANES], J[3][LANES];
+    Real way[3][LANES], pdf[LANES];
+    Real *out[LANES]; /* fields are Sight.between apart */
+} Lanes;
+
+typedef struct March {
+    Real step, lo[3], hi[3], sigma[3], albedo[3];
+    const float *majorant;
+    int32_t majorants[3];
+    Real majorants_per_unit;
+    RPopBox cells; /* those of J */
+} March;
+
+typedef struct Sight {
+    const RPopScene *scene;
+    const Real *values; /* J */
+    March march;
+    int alive, between;
+    int64_t steps;
+    NphLineFn line;
+    void *user;
+    Lanes lanes;
+} Sight;
+
+/* Every ray to its next step, or to where density may be: an empty cell of the majorant tells how many around it are empty. */
+R_OUTLINE void advance(Lanes *restrict l, const March *restrict from, const float *restrict majorant, int alive) {
+    const March m = *from;
+    int count = r_whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        Real begin = l->near[i] + (Real)l->step[i] * m.step, end = r_min(begin + m.step, l->far[i]), t = R(0.5) * (begin + end);
+        int32_t on = begin < end ? 1 : 0;
+        Real x = r_min(r_max(l->o[0][i] + t * l->d[0][i], m.lo[0]), m.hi[0]), y = r_min(r_max(l->o[1][i] + t * l->d[1][i], m.lo[1]), m.hi[1]);
+        Real z = r_min(r_max(l->o[2][i] + t * l->d[2][i], m.lo[2]), m.hi[2]);
+        int32_t c0 = (int32_t)(x * m.majorants_per_unit), c1 = (int32_t)(y * m.majorants_per_unit), c2 = (int32_t)(z * m.majorants_per_unit);
+        c0 = c0 < m.majorants[0] ? c0 : m.majorants[0] - 1;
+        c1 = c1 < m.majorants[1] ? c1 : m.majorants[1] - 1;
+        c2 = c2 < m.majorants[2] ? c2 : m.majorants[2] - 1;
+        Real around = (Real)-majorant[(c2 * m.majorants[1] + c1) * m.majorants[0] + c0];
+        Real speed = r_max(r_abs(l->d[0][i]), r_max(r_abs(l->d[1][i]), r_abs(l->d[2][i])));
+        Real free = R(4.0) * (around - R(1.0)) / r_max(speed * m.step, R(1e-12));
+        int32_t empty = around > R(0.0) ? 1 : 0, more = (int32_t)r_min(r_max(free * R(0.9999), R(0.0)), R(1e6));
+        l->t[i] = t;
+        l->length[i] = end - begin;
+        l->p[0][i] = x;
+        l->p[1][i] = y;
+        l->p[2][i] = z;
+        l->looks[i] = on & (empty ^ 1);
+        l->through[i] = on ^ 1;
+        l->step[i] += on * (1 + empty * more);
+    }
+}
+
+R_OUTLINE void look_grid(Lanes *restrict l, const RGrid *restrict lattice, const int32_t *restrict brick_index, const float *restrict values, int alive) {
+    RGrid grid = *lattice;
+    grid.brick_index = brick_index;
+    grid.values = values;
+    int count = r_whole_vectors(alive);
+    for (int i = 0; i < count; i++) /* vec */
+        l->density[i] = r_grid_value(&grid, l->p[0][i], l->p[1][i], l->p[2][i]) * (Real)l->looks[i];
+}
+
+R_OUTLINE void look_box(Lanes *restrict l, int alive) {
+    int count = r_whole_vectors(alive);
+    for (int i = 0; i < count; i++) l->density[i] = (Real)l->looks[i]; /* vec */
+}
+
+R_INLINE void along_axis(Lanes *l, const RPopBox *box, int a, int i, int32_t *low) {
+    Real u = r_min(r_max((l->p[a][i] - box->lo[a]) * box->per[a] - R(0.5), R(0.0)), (Real)(box->n[a] - 1));
+    *low = (int32_t)u;
+    l->more[a][i] = *low + 1 < box->n[a] ? 1 : 0;
+    l->part[a][i] = u - (Real)*low;
+}
+
+R_OUTLINE void find_cells(Lanes *restrict l, const RPopBox *restrict from, int alive) {
+    const RPopBox box = *from;
+    int count = r_whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        int32_t x, y, z;
+        along_axis(l, &box, 0, i, &x);
+        along_axis(l, &box, 1, i, &y);
+        along_axis(l, &box, 2, i, &z);
+        l->first[i] = (z * box.n[1] + y) * box.n[0] + x;
+    }
+}
+
+/* A cell's numbers lie together: they are mixed lane by lane. */
+static void read_cells(Sight *s) {
+    const RPopBox *box = &s->march.cells;
+    Lanes *l = &s->lanes;
+    for (int i = 0; i < s->alive; i++) {
+        Real sum[NPH_POP_CELL] = {R(0.0)};
+        if (l->density[i] > R(0.0)) {
+            const Real *a = s->values + (int64_t)l->first[i] * NPH_POP_CELL;
+            int64_t right = l->more[0][i] * NPH_POP_CELL, below = (int64_t)l->more[1][i] * box->n[0] * NPH_POP_CELL;
+            int64_t behind = (int64_t)l->more[2][i] * box->n[0] * box->n[1] * NPH_POP_CELL;
+            Real u = l->part[0][i], v = l->part[1][i], w = l->part[2][i];
+            for (int c = 0; c < NPH_POP_CELL; c++) {
+                const Real *b = a + c;
+                Real low = r_grid_mix(r_grid_mix(b[0], b[right], u), r_grid_mix(b[below], b[below + right], u), v);
+                b += behind;
+                Real high = r_grid_mix(r_grid_mix(b[0], b[right], u), r_grid_mix(b[below], b[below + right], u), v);
+                sum[c] = r_grid_mix(low, high, w);
+            }
+        }
+        for (int c = 0; c < 3; c++) l->J[c][i] = sum[c];
+    }
+}
+
+R_OUTLINE void gather(Lanes *restrict l, const March *restrict from, int alive) {
+    const March m = *from;
+    int count = r_whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        Real collides = R(0.0);
+        for (int c = 0; c < 3; c++) {
+            Real part = -r_expm1(-m.sigma[c] * l->density[i] * l->length[i]), T = l->T[c][i];
+            l->light[c][i] += T * part * m.albedo[c] * l->J[c][i];
+            collides += T * part * R(0.33333333333333333);
+            l->T[c][i] = T * (R(1.0) - part);
+        }
+        l->collided[i] += collides;
+        l->distance[i] += collides * (l->start[i] + l->t[i]);
+    }
+}
+
+static void end_ray(Sight *s, int i) {
+    const Lanes *l = &s->lanes;
+    const int plane = s->between;
+    Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3] = {l->way[0][i], l->way[1][i], l->way[2][i]}, *out = l->out[i];
+    r_lights_at_infinity(&s->scene->local, d, l->pdf[i], radiance);
+    for (int c = 0; c < 3; c++) {
+        out[(NPH_SAMPLE_L0 + c) * plane] = l->light[c][i] + l->T[c][i] * radiance[c];
+        out[(NPH_SAMPLE_T0 + c) * plane] = l->T[c][i];
+    }
+    out[NPH_SAMPLE_ORDER * plane] = R(0.0);
+    out[NPH_SAMPLE_DISTANCE * plane] = l->distance[i];
+    out[NPH_SAMPLE_COLLIDED * plane] = l->collided[i];
+}
+
+static void begin_ray(Sight *s, int x, int y, uint32_t sample, Real *out) {
+    const RPopScene *scene = s->scene;
+    RStream stream = r_stream(&scene->local, NPH_RNG_GENERATE, (uint32_t)y * (uint32_t)scene->local.width + (uint32_t)x, sample, 0);
+    Lanes *l = &s->lanes;
+    RCameraRay ray;
+    RSpan span = {.inside = 0};
+    int i = s->alive;
+    r_camera_ray(&scene->local, x, y, &stream, &ray);
+    if (!(ray.weight > R(0.0))) return; /* beyond the rim of a fisheye */
+    l->out[i] = out;
+    l->pdf[i] = ray.pdf;
+    l->start[i] = ray.start;
+    l->collided[i] = l->distance[i] = R(0.0);
+    for (int c = 0; c < 3; c++) {
+        l->light[c][i] = R(0.0);
+        l->T[c][i] = R(1.0);
+    }
+    if (scene->local.medium_count > 0) span = r_clip(&scene->medium, ray.p, ray.d, R_HUGE);
+    for (int a = 0; a < 3; a++) {
+        l->way[a][i] = ray.d[a];
+        l->o[a][i] = span.o[a];
+        l->d[a][i] = span.d[a];
+    }
+    l->near[i] = span.near;
+    l->far[i] = span.far;
+    l->step[i] = 0;
+    if (span.inside) s->alive++;
+    else end_ray(s, i);
+}
+
+static void move_ray(Lanes *l, int to, int from) {
+    for (int a = 0; a < 3; a++) {
+        l->o[a][to] = l->o[a][from];
+        l->d[a][to] = l->d[a][from];
+        l->way[a][to] = l->way[a][from];
+        l->light[a][to] = l->light[a][from];
+        l->T[a][to] = l->T[a][from];
+    }
+    l->near[to] = l->near[from];
+    l->far[to] = l->far[from];
+    l->start[to] = l->start[from];
+    l->collided[to] = l->collided[from];
+    l->distance[to] = l->distance[from];
+    l->step[to] = l->step[from];
+    l->through[to] = l->through[from];
+    l->pdf[to] = l->pdf[from];
+    l->out[to] = l->out[from];
+}
+
+static void tell_step(const Sight *s) {
+    const Lanes *l = &s->lanes;
+    char text[256];
+    if (!(l->density[0] > R(0.0))) return;
+    snprintf(text, sizeof text, "  after %.9g m: density %.6g, seen %.6g %.6g %.6g, transmittance %.6g", (double)l->t[0], (double)l->density[0],
+             (double)l->J[0][0], (double)l->J[1][0], (double)l->J[2][0], (double)l->T[0][0]);
+    s->line(s->user, text);
+}
+
+static void step_rays(Sight *s) {
+    const RMedium *medium = &s->scene->medium;
+    Lanes *l = &s->lanes;
+    advance(l, &s->march, s->march.majorant, s->alive);
+    for (int i = 0; i < s->alive; i++) s->steps += l->looks[i];
+    if (medium->shape == NPH_SHAPE_GRID) look_grid(l, &medium->grid, medium->grid.brick_index, medium->grid.values, s->alive);
+    else look_box(l, s->alive);
+    find_cells(l, &s->march.cells, s->alive);
+    read_cells(s);
+    gather(l, &s->march, s->alive);
+    if (s->line) tell_step(s);
+    for (int i = 0; i < s->alive;) {
+        Real most = r_max(l->T[0][i], r_max(l->T[1][i], l->T[2][i]));
+        if (!l->through[i] && !(most < s->scene->exit)) {
+            i++;
+            continue;
+        }
+        end_ray(s, i);
+        move_ray(l, i, --s->alive);
+    }
+}
+
+static void begin_sight(Sight *s, const RPopScene *scene, const NphPopArrays *arrays) {
+    static const float none = 0.0f;
+    const RMedium *medium = &scene->medium;
+    int grid = medium->shape == NPH_SHAPE_GRID;
+    s->scene = scene;
+    s->values = scene->upsampling && grid ? arrays->fine : arrays->merged;
+    s->march = (March){.step = scene->step, .majorant = grid ? medium->majorant : &none, .majorants_per_unit = grid ? R(0.25) : R(0.0),
+                       .cells = scene->upsampling && grid ? scene->fine : scene->merged};
+    for (int a = 0; a < 3; a++) {
+        s->march.lo[a] = medium->lo[a];
+        s->march.hi[a] = medium->hi[a];
+        s->march.majorants[a] = grid ? medium->majorant_n[a] : 1;
+        s->march.sigma[a] = scene->sigma_t[a];
+        s->march.albedo[a] = scene->choice.lit && scene->sigma_t[a] > R(0.0) ? scene->sigma_s[a] / scene->sigma_t[a] : R(0.0);
+    }
+}
+
+/* Pixels [x0, y0, x1, y1) of a tile; samples: those of the tile, [field][pixel][16]. */
+void NPH_KERNEL(nph_pop_march)(const void *memory, const NphPopArrays *arrays, const int rect[4], int64_t chunk, void *samples, int64_t *steps) {
+    const RPopScene *scene = memory;
+    enum { PLANE = NPH_TILE_PIXELS * NPH_CHUNK };
+    Sight sight = {.between = PLANE};
+    int32_t width = rect[2] - rect[0], pixels = width * (rect[3] - rect[1]), next = 0, all = pixels * NPH_CHUNK;
+    begin_sight(&sight, scene, arrays);
+    for (int i = 0; i < NPH_SAMPLE_FIELDS * PLANE; i++) ((Real *)samples)[i] = R(0.0);
+    while (next < all || sight.alive > 0) {
+        for (; next < all && sight.alive < LANES; next++) {
+            int pixel = next / NPH_CHUNK, x = rect[0] + pixel % width, y = rect[1] + pixel / width;
+            int place = (y & (NPH_TILE - 1)) * NPH_TILE + (x & (NPH_TILE - 1));
+            begin_ray(&sight, x, y, (uint32_t)(chunk * NPH_CHUNK) + (uint32_t)(next % NPH_CHUNK), (Real *)samples + place * NPH_CHUNK + next % NPH_CHUNK);
+        }
+        if (sight.alive > 0) step_rays(&sight);
+    }
+    *steps = sight.steps;
+}
+
+void NPH_KERNEL(nph_pop_replay)(const void *memory, const NphPopArrays *arrays, const int pixel[2], uint32_t sample, NphLineFn line, void *user) {
+    const RPopScene *scene = memory;
+    Sight sight = {.between = 1, .line = line, .user = user};
+    Real out[NPH_SAMPLE_FIELDS];
+    char text[256];
+    begin_sight(&sight, scene, arrays);
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
+    begin_ray(&sight, pixel[0], pixel[1], sample, out);
+    while (sight.alive > 0) step_rays(&sight);
+    snprintf(text, sizeof text, "result: %.9g %.9g %.9g, transmittance %.9g, %lld steps", (double)out[0], (double)out[1], (double)out[2],
+             (double)out[NPH_SAMPLE_T0], (long long)sight.steps);
+    line(user, text);
+}
