@@ -40,11 +40,11 @@ static NphStatus print_run(NphContext *context, const NphScene *scene, const cha
 }
 
 static NphStatus print_scene(NphContext *context, const MadeScene *made) {
-    static const char *const methods[] = {"path", "light", "single", "photonmap", "temporal_photons"};
+    static const char *const methods[] = {"path", "light", "single", "photonmap", "temporal_photons", "principal_ordinates"};
     NphScene *scene = NULL;
     NPH_TRY(made_scene(context, made, WIDTH, HEIGHT, &scene));
     NphStatus status = NPH_OK;
-    for (int m = 0; m < 5; m++)
+    for (int m = 0; m < 6; m++)
         for (int precision = 32; precision <= 64 && status == NPH_OK; precision += 32)
             if (nph_stage_lists(made->methods, methods[m])) status = print_run(context, scene, methods[m], precision);
     nph_scene_free(context, scene);

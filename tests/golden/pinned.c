@@ -31,6 +31,7 @@ static const Settings settings[] = {
     {"single", {16, 12, 48, 36}, {"single.tolerance=0.1"}},
     {"photonmap", {0, 0, 64, 48}, {"photonmap.photons=1000", "photonmap.nearest=20"}},
     {"temporal_photons", {0, 0, 64, 48}, {"tpm.photons=2000", "tpm.generations=2", "tpm.cells=200"}},
+    {"principal_ordinates", {0, 0, 64, 48}, {"pop.ordinates=8", "pop.cells=10", "pop.iterations=8"}},
 };
 
 static int by_name(const void *a, const void *b) { return strcmp(a, b); }

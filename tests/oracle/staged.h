@@ -37,9 +37,10 @@ static const char *const scenes[] = {
            "  - {" CLOUD ", extinction: [20, 30, 9], albedo: 0.9}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
            "  - {type: constant, radiance: 0.1}\n  - {type: point, position: [0.5, 0.5, 0.5], intensity: [1, 2, 3]}\n",
-    /* one grid, a sun and a sky */
+    /* one grid, a sun, a sky and a point */
     CAMERA "media:\n  - {density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.05, albedo: 0.95, phase: {type: hg, g: 0.7}}\n"
-           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: constant, radiance: 0.1}\n",
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: constant, radiance: 0.1}\n"
+           "  - {type: point, position: [0.4, 0.6, 1.4], intensity: [0.1, 0.2, 0.3]}\n",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes, MAX_METHODS = 16 };
 

@@ -105,6 +105,9 @@ static const Looked looked[] = {
     {"temporal_photons", {{"tpm.clear", "tpm.sum"}, {"tpm.trace", "tpm.partial"}, {"tpm.update", "tpm.sum"}, {"tpm.resolve", "tpm.coarse"},
                           {"tpm.upsample", "tpm.fine"}, {"tpm.march", "tpm.picture"}, {"tpm.enlarge", "tpm.image"},
                           {"tpm.accumulate", "film.node"}}},
+    {"principal_ordinates", {{"pop.medium", "pop.medium"}, {"pop.ordinates", "pop.ordinate"}, {"pop.grids", "pop.density"}, {"pop.inject", "pop.light"},
+                             {"pop.propagate", "pop.cosine"}, {"pop.propagate", "pop.seen"}, {"pop.propagate", "pop.power"}, {"pop.merge", "pop.merged"},
+                             {"pop.march", "pop.sample"}, {"pop.accumulate", "film.node"}}},
 };
 enum { LOOKED = sizeof looked / sizeof *looked };
 

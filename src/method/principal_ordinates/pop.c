@@ -24,7 +24,7 @@ static const NphKnob knobs[NPH_POP_KNOBS] = {
     {"pop.regions", "1", "1: an ordinate has the mean direction and all the light of its region; 0: it is drawn in it", "noise of directions", 0.0, 0.0, 1.0},
     {"pop.prefilter", "1", "mean cosine of what an ordinate stands for: 0: 1; 1: of a cap; 2: of its region", "spots against blur", 1.0, 0.0, 2.0},
     {"pop.beta", "1", "exponent of that of a cap", "spots against blur", 1.0, 0.0, 100.0},
-    {"pop.importance", "1", "1: ordinates also go where the camera's importance does", "bias of directions against time", 0.0, 0.0, 1.0},
+    {"pop.importance", "1", "1: ordinates also go where the camera's importance does", "bias of directions against time", 1.0, 0.0, 1.0},
     {"pop.frames", "1", "frames whose importance is averaged, this one the last", "flicker against late importance", 1.0, 1.0, 64.0},
     {"pop.residuum", "1", "1: light that the iterations leave goes on as isotropic light of one grid; 0: it is lost", "lost light against time", 1.0, 0.0, 1.0},
     {"pop.residuum_cells", "1", "cells of that grid along the mean edge of the medium", "blur against time", 32.0, 1.0, 512.0},
