@@ -29,20 +29,29 @@ static void reach_of(const RPopScene *scene, Real step[3][3], Real half[3]) {
     }
 }
 
-R_OUTLINE void row_of_density(const RPopScene *restrict scene, const RPopGrid *restrict grid, const Real *restrict half, const Real *restrict medium,
-                              const int32_t *restrict row, Real *restrict out) {
-    const int32_t y = row[0], z = row[1];
-    const Real h0 = half[0], h1 = half[1], h2 = half[2];
+/* A cell of row `row`: y, z. */
+R_INLINE Real density_of(const RPopScene *scene, const RPopGrid *grid, const Real *half, const Real *medium, int32_t x, const int32_t *row) {
     const Real *m = scene->medium.from_local, *lo = scene->medium.lo, *hi = scene->medium.hi;
-    const RPopGrid g = *grid;
-    for (int32_t x = 0; x < g.n[0]; x++) { /* vec */
-        Real p[3], d[3];
-        r_pop_cell(&g, x, y, z, p, d);
-        Real u = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], v = m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7];
-        Real w = m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11];
-        Real part = covered(u, h0, lo[0], hi[0]) * covered(v, h1, lo[1], hi[1]) * covered(w, h2, lo[2], hi[2]);
-        out[x] = part * r_pop_density(scene, medium, u, v, w);
-    }
+    Real p[3], d[3];
+    r_pop_cell(grid, x, row[0], row[1], p, d);
+    Real u = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3], v = m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7];
+    Real w = m[8] * p[0] + m[9] * p[1] + m[10] * p[2] + m[11];
+    Real part = covered(u, half[0], lo[0], hi[0]) * covered(v, half[1], lo[1], hi[1]) * covered(w, half[2], lo[2], hi[2]);
+    return part * r_pop_density(scene, medium, u, v, w);
+}
+
+R_OUTLINE void flat_row(const RPopScene *restrict scene, const RPopGrid *restrict grid, const Real *restrict half, const Real *restrict medium,
+                        const int32_t *restrict row, Real *restrict out) {
+    RPopGrid g = *grid;
+    g.radial = 0;
+    for (int32_t x = 0; x < g.n[0]; x++) out[x] = density_of(scene, &g, half, medium, x, row); /* vec */
+}
+
+R_OUTLINE void radial_row(const RPopScene *restrict scene, const RPopGrid *restrict grid, const Real *restrict half, const Real *restrict medium,
+                          const int32_t *restrict row, Real *restrict out) {
+    RPopGrid g = *grid;
+    g.radial = 1;
+    for (int32_t x = 0; x < g.n[0]; x++) out[x] = density_of(scene, &g, half, medium, x, row);
 }
 
 void NPH_KERNEL(nph_pop_grid)(const void *memory, const NphPopArrays *arrays, int number) {
@@ -56,28 +65,30 @@ void NPH_KERNEL(nph_pop_grid)(const void *memory, const NphPopArrays *arrays, in
         for (int b = 0; b < 3; b++)
             for (int a = 0; a < 3; a++) step[b][a] = grid.radial ? (a == b ? thick : R(0.0)) : grid.axis[b][a] * grid.edge[b];
         reach_of(scene, step, half);
-        for (int32_t y = 0; y < grid.n[1]; y++, out += grid.n[0]) row_of_density(scene, &grid, half, arrays->medium, (int32_t[]){y, z}, out);
+        for (int32_t y = 0; y < grid.n[1]; y++, out += grid.n[0]) 
+            (grid.radial ? radial_row : flat_row)(scene, &grid, half, arrays->medium, (int32_t[]){y, z}, out);
     }
 }
 
-/* What the sweep does with a plane. */
+/* What the sweep does with a plane; facts: rows of mu, share and fluence are `apart`. */
 typedef struct Sweep {
-    Real sigma_t, albedo, cosine, g, own;
+    Real sigma_t, albedo, cosine, g, depth;
     int paper, count;
+    int64_t apart;
 } Sweep;
 
-R_OUTLINE void sweep_plane(const Sweep *restrict sweep, const RPopCells *restrict cells, int64_t first, Real *restrict T, Real *restrict light,
+R_OUTLINE void sweep_plane(const Sweep *restrict sweep, const Real *restrict density, const Real *restrict facts, Real *restrict T, Real *restrict light,
                            Real *restrict seen) {
     const Sweep s = *sweep;
-    const Real *density = cells->density + first, *mu = cells->mu + first, *share = cells->share + first, *fluence = cells->fluence + first;
-    const Real depth = cells->depth[first / s.count], once = s.cosine * s.g, twice = s.cosine * s.g * s.g;
+    const Real *mu = facts, *share = facts + s.apart, *fluence = facts + 2 * s.apart;
+    const Real depth = s.depth, once = s.cosine * s.g, twice = s.cosine * s.g * s.g, keeps = s.paper ? R(0.0) : R(1.0);
     for (int i = 0; i < s.count; i++) { /* vec */
         Real tau = s.sigma_t * density[i] * depth, part = -r_expm1(-tau);
         Real mean = tau > R(1e-3) ? part / r_max(tau, R(1e-30)) : R(1.0) - R(0.5) * tau;
         Real enters = T[i] * share[i], scattered = enters * s.albedo * part;
         Real middle = enters * r_exp(R(-0.5) * tau);
-        light[i] = s.paper ? middle : scattered;
-        seen[i] = s.paper ? R(0.0) : fluence[i] * (enters * mean * r_pop_lobe(once, mu[i]) + s.own * scattered * r_pop_lobe(twice, mu[i]));
+        light[i] = keeps * scattered + (R(1.0) - keeps) * middle;
+        seen[i] = keeps * fluence[i] * (enters * mean * r_pop_lobe(once, mu[i]) + R(0.5) * scattered * r_pop_lobe(twice, mu[i]));
         T[i] *= R(1.0) - part;
     }
 }
@@ -94,10 +105,14 @@ void NPH_KERNEL(nph_pop_inject)(const void *memory, const NphPopArrays *arrays, 
         Real *light = (Real *)arrays->light + first + c * count, *cosine = (Real *)arrays->cosine + first + c * count;
         Real *seen = (Real *)arrays->seen + first + c * count, *T = cells.scratch;
         double *power = arrays->power + ((int64_t)number * choice->channels + c) * NPH_POP_POWERS;
-        Sweep sweep = {scene->sigma_t[c], scene->sigma_t[c] > R(0.0) ? scene->sigma_s[c] / scene->sigma_t[c] : R(0.0), row[NPH_POP_COSINE], scene->g, R(0.5),
-                       scene->paper, (int)plane};
+        Sweep sweep = {.sigma_t = scene->sigma_t[c], .cosine = row[NPH_POP_COSINE], .g = scene->g, .paper = scene->paper, .count = (int)plane,
+                       .apart = cells.share - cells.mu};
+        sweep.albedo = scene->sigma_t[c] > R(0.0) ? scene->sigma_s[c] / scene->sigma_t[c] : R(0.0);
         for (int64_t i = 0; i < plane; i++) T[i] = r_exp(-sweep.sigma_t * cells.density[i] * grid.core);
-        for (int32_t z = 0; z < grid.n[2]; z++) sweep_plane(&sweep, &cells, z * plane, T, light + z * plane, seen + z * plane);
+        for (int32_t z = 0; z < grid.n[2]; z++) {
+            sweep.depth = cells.depth[z];
+            sweep_plane(&sweep, cells.density + z * plane, cells.mu + z * plane, T, light + z * plane, seen + z * plane);
+        }
         for (int64_t i = 0; i < plane && !scene->paper; i++) /* what scatters before the innermost shell */
             light[i] += sweep.albedo * cells.share[i] * -r_expm1(-sweep.sigma_t * cells.density[i] * grid.core);
         Real begins = scene->paper ? row[NPH_POP_COSINE] : row[NPH_POP_COSINE] * scene->g;

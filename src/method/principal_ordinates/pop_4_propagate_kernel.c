@@ -15,6 +15,8 @@
  * Sides of cells that are no cubes: light along x crosses a width of the cell and not its depth, which fluence counts by.
  * Around a point the four edges of the octahedral map fold: the neighbour is mirrored along the same edge; what goes back from the
  * innermost shell comes out on the other side of it. */
+#include <string.h>
+
 #include "method/principal_ordinates/pop_kept.h"
 
 void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *arrays, int number, const int iterations[2], void *worker);
@@ -39,23 +41,38 @@ R_INLINE void parts_of(Real cone, Real a, Real *front, Real *back, Real *beside)
     *beside = below - *back;
 }
 
-/* What a plane sends, into the ring. */
-R_OUTLINE void send(const Flow *restrict flow, const Real *restrict light, const Real *restrict cosine, const Real *restrict keep, Real *restrict ring) {
+enum { TOGETHER = 128 };
+
+/* What some cells send. */
+typedef struct Sent {
+    Real row[R_POP_RING][TOGETHER];
+} Sent;
+
+R_OUTLINE void send_some(const Flow *restrict flow, const Real *restrict light, const Real *restrict cosine, const Real *restrict keep, int count, Sent *restrict to) {
     const Flow f = *flow;
-    Real *to = ring + f.own;
-    for (int i = 0; i < f.count; i++) { /* vec */
+    for (int i = 0; i < count; i++) { /* vec */
         Real a = cosine[i], front, back, beside;
         parts_of(f.cone, a, &front, &back, &beside);
         Real x = light[i] * keep[i] * beside * f.side[0], y = light[i] * keep[f.stride + i] * beside * f.side[1];
-        Real z = light[i] * keep[2 * f.stride + i];
-        to[FRONT * f.room + i] = z * front;
-        to[BACK * f.room + i] = z * back;
-        to[ACROSS * f.room + i] = x;
-        to[UP * f.room + i] = y;
-        to[FRONT_COSINE * f.room + i] = z * front * a * keep[5 * f.stride + i];
-        to[BACK_COSINE * f.room + i] = z * back * a * keep[5 * f.stride + i];
-        to[ACROSS_COSINE * f.room + i] = x * a * keep[3 * f.stride + i];
-        to[UP_COSINE * f.room + i] = y * a * keep[4 * f.stride + i];
+        Real z = light[i] * keep[2 * f.stride + i], bent = a * keep[5 * f.stride + i];
+        to->row[FRONT][i] = z * front;
+        to->row[BACK][i] = z * back;
+        to->row[ACROSS][i] = x;
+        to->row[UP][i] = y;
+        to->row[FRONT_COSINE][i] = z * front * bent;
+        to->row[BACK_COSINE][i] = z * back * bent;
+        to->row[ACROSS_COSINE][i] = x * a * keep[3 * f.stride + i];
+        to->row[UP_COSINE][i] = y * a * keep[4 * f.stride + i];
+    }
+}
+
+/* What a plane sends, into the ring. */
+static void send(const Flow *flow, const Real *light, const Real *cosine, const Real *keep, Real *ring) {
+    Sent sent;
+    for (int first = 0; first < flow->count; first += TOGETHER) {
+        int count = flow->count - first < TOGETHER ? flow->count - first : TOGETHER;
+        send_some(flow, light + first, cosine + first, keep + first, count, &sent);
+        for (int k = 0; k < R_POP_RING; k++) memcpy(ring + flow->own + k * flow->room + first, sent.row[k], sizeof(Real) * (size_t)count);
     }
 }
 

@@ -111,45 +111,39 @@ R_INLINE void r_pop_cell(const RPopGrid *grid, int32_t x, int32_t y, int32_t z, 
     }
 }
 
-/* From the ordinate's row. Pure arithmetic: whoever has the row has the grid. */
-static inline RPopGrid r_pop_grid(const RPopScene *scene, const Real *row, int number) {
-    const NphPopChoice *choice = &scene->choice;
-    RPopGrid grid = {.radial = number >= choice->suns + choice->sky, .cone = R_POP_HALF, .side = {R(0.25), R(0.25)}};
-    double lo[3] = {1e300, 1e300, 1e300}, hi[3] = {-1e300, -1e300, -1e300}, axis[3][3], way[3], best = 2.0, length = 0.0;
+/* Shells around a point, from the nearest place of the medium's box, or from a part of the farthest's distance, to the farthest. */
+static inline void r_pop_radial_grid(const RPopScene *scene, const double place[3], RPopGrid *grid) {
+    double near = 0.0, far = 0.0, solid = 0.0;
+    for (int k = 0; k < 8; k++) {
+        double square = 0.0;
+        for (int a = 0; a < 3; a++) square += (scene->corner[k][a] - place[a]) * (scene->corner[k][a] - place[a]);
+        far = square > far ? square : far;
+    }
+    for (int a = 0; a < 3; a++) { /* along the sides of the box */
+        double at = 0.0, half = 0.0;
+        for (int b = 0; b < 3; b++) at += (place[b] - scene->middle[b]) * scene->side[a][b];
+        for (int b = 0; b < 3; b++) half += 0.5 * (scene->corner[1 << a][b] - scene->corner[0][b]) * scene->side[a][b];
+        double off = nph_abs(at) > half ? nph_abs(at) - half : 0.0;
+        near += off * off;
+        grid->middle[a] = (Real)place[a];
+    }
+    far = nph_sqrt(far) * 1.0001;
+    near = nph_sqrt(near) * 0.9999;
+    double inner = near > (double)scene->inner * far ? near : (double)scene->inner * far;
+    grid->inner = (Real)inner;
+    grid->core = (Real)(near < inner ? inner - near : 0.0);
+    grid->log_ratio = (Real)(nph_log(far / inner) / (double)grid->n[2]);
+    for (int32_t i = 0; i < grid->n[0] * grid->n[1]; i++) {
+        Real u = R(2.0) * ((Real)(i % grid->n[0]) + R(0.5)) / (Real)grid->n[0] - R(1.0), v = R(2.0) * ((Real)(i / grid->n[0]) + R(0.5)) / (Real)grid->n[1] - R(1.0);
+        solid += (double)r_octahedron_solid(u, v, grid->n[0]);
+    }
+    grid->per_solid = (Real)((double)grid->n[0] * (double)grid->n[1] / solid);
+}
+
+/* Along the way of the light; across, one axis lies near to that side of the medium which is most across. */
+static inline void r_pop_axes(const RPopScene *scene, const double way[3], double axis[3][3]) {
+    double best = 2.0, length = 0.0;
     int across = 0;
-    for (int a = 0; a < 3; a++) {
-        grid.n[a] = grid.radial ? choice->radial[a] : choice->flat[a];
-        way[a] = (double)row[NPH_POP_WAY + a];
-    }
-    if (grid.radial) {
-        double near = 0.0, far = 0.0;
-        for (int k = 0; k < 8; k++) {
-            double square = 0.0;
-            for (int a = 0; a < 3; a++) square += (scene->corner[k][a] - way[a]) * (scene->corner[k][a] - way[a]);
-            far = square > far ? square : far;
-        }
-        for (int a = 0; a < 3; a++) { /* to the nearest place of the box, along its sides */
-            double at = 0.0, half = 0.0;
-            for (int b = 0; b < 3; b++) at += (way[b] - scene->middle[b]) * scene->side[a][b];
-            for (int b = 0; b < 3; b++) half += 0.5 * (scene->corner[1 << a][b] - scene->corner[0][b]) * scene->side[a][b];
-            double off = nph_abs(at) > half ? nph_abs(at) - half : 0.0;
-            near += off * off;
-            grid.middle[a] = row[NPH_POP_WAY + a];
-        }
-        far = nph_sqrt(far) * 1.0001;
-        near = nph_sqrt(near) * 0.9999;
-        double inner = near > (double)scene->inner * far ? near : (double)scene->inner * far;
-        grid.inner = (Real)inner;
-        grid.core = (Real)(near < inner ? inner - near : 0.0);
-        grid.log_ratio = (Real)(nph_log(far / inner) / (double)grid.n[2]);
-        double solid = 0.0;
-        for (int32_t i = 0; i < grid.n[0] * grid.n[1]; i++) {
-            Real u = R(2.0) * ((Real)(i % grid.n[0]) + R(0.5)) / (Real)grid.n[0] - R(1.0), v = R(2.0) * ((Real)(i / grid.n[0]) + R(0.5)) / (Real)grid.n[1] - R(1.0);
-            solid += (double)r_octahedron_solid(u, v, grid.n[0]);
-        }
-        grid.per_solid = (Real)((double)grid.n[0] * (double)grid.n[1] / solid);
-        return grid;
-    }
     for (int s = 0; s < 3; s++) {
         double along = nph_abs(scene->side[s][0] * way[0] + scene->side[s][1] * way[1] + scene->side[s][2] * way[2]);
         if (along < best - 1e-6) {
@@ -165,26 +159,44 @@ static inline RPopGrid r_pop_grid(const RPopScene *scene, const Real *row, int n
     }
     for (int a = 0; a < 3; a++) axis[0][a] /= nph_sqrt(length);
     nph_vector_cross(axis[2], axis[0], axis[1]);
-    for (int k = 0; k < 8; k++)
-        for (int b = 0; b < 3; b++) {
+}
+
+/* The box that the medium's has along those axes. */
+static inline void r_pop_flat_grid(const RPopScene *scene, const double way[3], RPopGrid *grid) {
+    double axis[3][3], edge[3];
+    r_pop_axes(scene, way, axis);
+    for (int b = 0; b < 3; b++) {
+        double lo = 1e300, hi = -1e300;
+        for (int k = 0; k < 8; k++) {
             double at = 0.0;
             for (int a = 0; a < 3; a++) at += (scene->corner[k][a] - scene->middle[a]) * axis[b][a];
-            lo[b] = at < lo[b] ? at : lo[b];
-            hi[b] = at > hi[b] ? at : hi[b];
+            lo = at < lo ? at : lo;
+            hi = at > hi ? at : hi;
         }
-    for (int b = 0; b < 3; b++) {
-        grid.middle[b] = (Real)scene->middle[b];
-        grid.low[b] = (Real)lo[b];
-        grid.edge[b] = (Real)((hi[b] - lo[b]) / (double)grid.n[b]);
-        for (int a = 0; a < 3; a++) grid.axis[b][a] = (Real)axis[b][a];
+        edge[b] = (hi - lo) / (double)grid->n[b];
+        grid->middle[b] = (Real)scene->middle[b];
+        grid->low[b] = (Real)lo;
+        grid->edge[b] = (Real)edge[b];
+        for (int a = 0; a < 3; a++) grid->axis[b][a] = (Real)axis[b][a];
     }
-    if (scene->paper) return grid;
+    if (scene->paper) return;
     /* of cells that are no cubes: the cone that the next one fills, and what those beside it share */
-    double width = (double)grid.edge[0], height = (double)grid.edge[1], depth = (double)grid.edge[2], mean = nph_sqrt(width * height);
-    double turn = nph_acos(width / nph_sqrt(width * width + height * height)) * 0.31830988618379067; /* half the angle of an x face, over pi */
-    grid.cone = (Real)(depth / nph_sqrt(depth * depth + mean * mean));
-    grid.side[0] = (Real)turn;
-    grid.side[1] = (Real)(0.5 - turn);
+    double turn = nph_acos(edge[0] / nph_sqrt(edge[0] * edge[0] + edge[1] * edge[1])) * 0.31830988618379067; /* half the angle of an x face, over pi */
+    grid->cone = (Real)(edge[2] / nph_sqrt(edge[2] * edge[2] + edge[0] * edge[1]));
+    grid->side[0] = (Real)turn;
+    grid->side[1] = (Real)(0.5 - turn);
+}
+
+/* From the ordinate's row. Pure arithmetic: whoever has the row has the grid. */
+static inline RPopGrid r_pop_grid(const RPopScene *scene, const Real *row, int number) {
+    const NphPopChoice *choice = &scene->choice;
+    RPopGrid grid = {.radial = number >= choice->suns + choice->sky, .cone = R_POP_HALF, .side = {R(0.25), R(0.25)}};
+    double way[3];
+    for (int a = 0; a < 3; a++) {
+        grid.n[a] = grid.radial ? choice->radial[a] : choice->flat[a];
+        way[a] = (double)row[NPH_POP_WAY + a];
+    }
+    (grid.radial ? r_pop_radial_grid : r_pop_flat_grid)(scene, way, &grid);
     return grid;
 }
 
