@@ -143,7 +143,8 @@ START_TEST(thin_media_show_the_beam) {
             r_pop_cell(&grid, (int32_t)(i % grid.n[0]), (int32_t)(i / grid.n[0] % grid.n[1]), (int32_t)(i / grid.n[0] / grid.n[1]), p, d);
             double inside = r_pop_radius(&grid, (double)(i / grid.n[0] / grid.n[1])), outside = inside * exp(grid.log_ratio);
             square = n ? (outside * outside + outside * inside + inside * inside) / 3.0 : 1.0; /* 1 over the mean of r^-2 in a shell */
-            double mu = r_pop_mu(&((RPopScene *)s.solver.scene)->local, p, d), g = 0.6;
+            RPopObserver observer = r_pop_observer(&((RPopScene *)s.solver.scene)->local);
+            double mu = r_pop_mu(&observer, p, d), g = 0.6;
             double truth = (1.0 - g * g) / (4.0 * PI) * pow(1.0 + g * g - 2.0 * g * mu, -1.5) / square;
             worst = fmax(worst, fabs(((double *)s.solver.arrays.seen)[first + i] / truth - 1.0));
         }

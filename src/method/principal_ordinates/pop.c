@@ -46,10 +46,10 @@ const NphStage nph_pop_stages[NPH_POP_STAGES] = {
     {"pop.grids", "densities of cells [Elek14 sec. 4.1]", "pop.ordinate pop.medium", "pop.density", {64, 1, 1}, 0},
     {"pop.inject", "injection in one sweep [Elek14 sec. 4.1]", "pop.ordinate pop.density", SOLUTION, {64, 1, 1}, 0},
     {"pop.propagate", "propagation and accumulation [Elek14 eq. 1-8]", "pop.ordinate pop.density " SOLUTION, SOLUTION, {64, 1, 1}, 0},
-    {"pop.join", "isotropic residuum [Elek14 sec. 5.4]", "pop.ordinate pop.light pop.power", "pop.residuum pop.spread", {64, 1, 1}, 0},
+    {"pop.join", "isotropic residuum [Elek14 sec. 5.4]", "pop.medium pop.ordinate pop.light pop.power", "pop.residuum pop.spread", {64, 1, 1}, 0},
     {"pop.spread", "isotropic propagation [Elek14 sec. 5.4]", "pop.medium pop.residuum pop.spread", "pop.residuum pop.spread", {64, 1, 1}, 0},
-    {"pop.merge", "one grid of all [Elek14 sec. 5.3]", "pop.ordinate pop.seen pop.spread", "pop.merged", {64, 1, 1}, 0},
-    {"pop.upsample", "joint bilateral upsampling [Elek14 sec. 4.4] [Kopf07]", "pop.medium pop.merged", "pop.fine", {64, 1, 1}, 0},
+    {"pop.merge", "one grid of all [Elek14 sec. 5.3]", "pop.medium pop.ordinate pop.seen pop.spread", "pop.merged", {64, 1, 1}, 0},
+    {"pop.upsample", "joint bilateral upsampling [Elek14 sec. 4.4] [Kopf07]", "pop.merged", "pop.fine", {64, 1, 1}, 0},
     {"pop.march", "ray march [Elek14 sec. 4.4]", "pop.merged pop.fine", "pop.sample", {NPH_TILE_PIXELS, 1, 1}, 0},
     {"pop.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "pop.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };

@@ -103,7 +103,7 @@ enum { NPH_POP_INJECTED, NPH_POP_LEFT, NPH_POP_POWERS };
 
 enum { NPH_POP_IMPORTANCE_CELLS = 16, NPH_POP_MAP_WIDTH = 32, NPH_POP_MAP_HEIGHT = 16 };
 enum { NPH_POP_ITERATIONS_MAX = 10000, NPH_POP_ORDINATES_MAX = 4096 };
-enum { NPH_POP_CELL = 4 }; /* numbers of a merged cell: three channels, and one that is 0 */
+enum { NPH_POP_CELL = 4 }; /* numbers of a merged cell: three channels, and the density over the largest */
 
 /* What plan, run and replay agree on. */
 typedef struct NphPopChoice {
@@ -154,7 +154,8 @@ typedef struct NphPopKernels {
     int (*iterations)(const void *scene, const void *ordinate); /* Eq. 10 */
     void (*grid)(const void *scene, const NphPopArrays *arrays, int grid);
     void (*inject)(const void *scene, const NphPopArrays *arrays, int grid, void *worker);
-    void (*propagate)(const void *scene, const NphPopArrays *arrays, int grid, const int iterations[2], void *worker);
+    /* iterations: first, end, and how many there are in all */
+    void (*propagate)(const void *scene, const NphPopArrays *arrays, int grid, const int iterations[3], void *worker);
     double (*leaves)(const void *scene, const NphPopArrays *arrays, int grid, int channel, void *worker); /* through the border, next time */
     void (*join)(const void *scene, const NphPopArrays *arrays, int first, int end); /* planes of residuum[0] */
     void (*join_scale)(const void *scene, const NphPopArrays *arrays);

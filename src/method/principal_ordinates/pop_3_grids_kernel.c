@@ -4,8 +4,7 @@
  * cell that the medium's box covers. Then one sweep along the light, for every unit of irradiance that enters a grid:
  *   corrected  light   a T (1 - e^(-s_t d)): what first scatters in the cell, T the transmittance to its near side
  *              cosine  c g, c that of the unscattered light: it has been scattered once
- *              seen    the unscattered beam, T (1 - e^(-s_t d)) / (s_t d) f_hg(mu, c g); and the cell's own light, which travels half a cell
- *                      in it in the mean: 1/2 light f_hg(mu, cosine g)
+ *              seen    the unscattered beam, T (1 - e^(-s_t d)) / (s_t d) f_hg(mu, c g)
  *   in print   light T to the middle, cosine c, nothing seen: all cells are sent on, so the beam counts once for every cell crossed
  * T in print is read as that of the extinction. Of a point a unit of intensity enters, and a cell has its share of the sphere. */
 #include "method/principal_ordinates/pop_kept.h"
@@ -81,14 +80,14 @@ R_OUTLINE void sweep_plane(const Sweep *restrict sweep, const Real *restrict den
                            Real *restrict seen) {
     const Sweep s = *sweep;
     const Real *mu = facts, *share = facts + s.apart, *fluence = facts + 2 * s.apart;
-    const Real depth = s.depth, once = s.cosine * s.g, twice = s.cosine * s.g * s.g, keeps = s.paper ? R(0.0) : R(1.0);
+    const Real depth = s.depth, once = s.cosine * s.g, keeps = s.paper ? R(0.0) : R(1.0);
     for (int i = 0; i < s.count; i++) { /* vec */
         Real tau = s.sigma_t * density[i] * depth, part = -r_expm1(-tau);
         Real mean = tau > R(1e-3) ? part / r_max(tau, R(1e-30)) : R(1.0) - R(0.5) * tau;
         Real enters = T[i] * share[i], scattered = enters * s.albedo * part;
         Real middle = enters * r_exp(R(-0.5) * tau);
         light[i] = keeps * scattered + (R(1.0) - keeps) * middle;
-        seen[i] = keeps * fluence[i] * (enters * mean * r_pop_lobe(once, mu[i]) + R(0.5) * scattered * r_pop_lobe(twice, mu[i]));
+        seen[i] = keeps * fluence[i] * enters * mean * r_pop_lobe(once, mu[i]);
         T[i] *= R(1.0) - part;
     }
 }

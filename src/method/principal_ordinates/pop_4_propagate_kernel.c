@@ -4,7 +4,7 @@
  * solid angle, and what arrives is what the absorption leaves:
  *   light'  = sum of sent e^(-s_a t),   cosine' = sum of sent e^(-s_a t) cosine decay / sum of sent e^(-s_a t)
  *   decay     e^(-(1 - g) s_s t): events are Poisson (docs/errata.md); in print g^(s_s t)
- *   seen   += fluence light' f_hg(mu, cosine' g): what it scatters to the observer; in print f_hg(mu, cosine'), which it is itself
+ *   seen   += fluence light f_hg(mu, cosine g), before it is sent: what it scatters to the observer; in print f_hg(mu, cosine), the light itself
  * with the mean coefficients of both cells over t, the distance of their middles. Exponentials of means are products: each cell has a
  * factor for half of its way along each axis. What leaves a cell is computed once, not once a neighbour. A grid's planes are done in
  * place, with three planes of what they send in a ring.
@@ -19,40 +19,53 @@
 
 #include "method/principal_ordinates/pop_kept.h"
 
-void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *arrays, int number, const int iterations[2], void *worker);
+void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *arrays, int number, const int iterations[3], void *worker);
 double NPH_KERNEL(nph_pop_leaves)(const void *memory, const NphPopArrays *arrays, int number, int channel, void *worker);
 
 enum { FRONT, BACK, ACROSS, UP, FRONT_COSINE, BACK_COSINE, ACROSS_COSINE, UP_COSINE };
 
-/* Of a channel of a grid. */
+/* Of a channel of a grid. What a visit counts: shown (1; at first that is half a cell, in print nothing) times
+ * plain + wide beside (light to the sides crosses widths of cells that are no cubes) times |a| + (1 - |a|) (thick + thin density). */
 typedef struct Flow {
-    Real cone, side[2], thin, see, widths[2]; /* see: g, or in print 1; thin: path of isotropic light in a cell of density 1
-                                              over its edge; widths: of a cell over its depth, less 1 */
+    Real cone, side[2], see;               /* see: g, or in print 1 */
+    Real shown, plain, wide, thick, thin;
     int count, row;                        /* cells of a plane, and of a row */
-    int64_t stride, room;                  /* between rows of keep; of the ring */
+    int64_t stride, room, apart;           /* between rows of keep; of the ring; of facts */
     int64_t before, own, after;            /* planes of the ring: where cell 0 is */
 } Flow;
 
-/* Parts of the light of mean cosine a that go to the front, to the back, and between. */
+/* Parts of the light of mean cosine a that go to the front, to the back, and between: r_pop_below at both cones with one division. */
 R_INLINE void parts_of(Real cone, Real a, Real *front, Real *back, Real *beside) {
-    Real below = r_pop_below(cone, a);
-    *back = r_pop_below(-cone, a);
+    Real away = R(1.0) - a, near = R(1.0) - cone, far = R(1.0) + cone, square = away * away, twice = R(2.0) * a, whole = R(1.0) + a;
+    Real d = r_sqrt(r_max(square + twice * near, R(1e-18))), e = r_sqrt(r_max(square + twice * far, R(1e-18)));
+    Real p = d * (whole + d), q = e * (whole + e), inverse = away / r_max(p * q, R(1e-30));
+    Real below = far * q * inverse;
+    *back = near * p * inverse;
     *front = R(1.0) - below;
     *beside = below - *back;
 }
 
 enum { TOGETHER = 128 };
 
+/* Of some cells. */
+typedef struct From {
+    const Real *light, *cosine, *keep, *density;
+} From;
+
 /* What some cells send. */
 typedef struct Sent {
     Real row[R_POP_RING][TOGETHER];
 } Sent;
 
-R_OUTLINE void send_some(const Flow *restrict flow, const Real *restrict light, const Real *restrict cosine, const Real *restrict keep, int count, Sent *restrict to) {
+/* Rows of `facts`: mu, then twice `apart` further fluence (pop_kept.h). */
+R_OUTLINE void send_some(const Flow *restrict flow, const From *restrict from, const Real *restrict facts, int count, Sent *restrict to, Real *restrict seen) {
     const Flow f = *flow;
+    const Real *light = from->light, *cosine = from->cosine, *keep = from->keep, *density = from->density, *mu = facts, *fluence = facts + 2 * f.apart;
     for (int i = 0; i < count; i++) { /* vec */
-        Real a = cosine[i], front, back, beside;
+        Real a = cosine[i], front, back, beside, size = r_abs(a);
         parts_of(f.cone, a, &front, &back, &beside);
+        Real way = f.shown * (f.plain + beside * f.wide) * (size + (R(1.0) - size) * (f.thick + f.thin * density[i]));
+        seen[i] += fluence[i] * way * light[i] * r_pop_lobe(a * f.see, mu[i]);
         Real x = light[i] * keep[i] * beside * f.side[0], y = light[i] * keep[f.stride + i] * beside * f.side[1];
         Real z = light[i] * keep[2 * f.stride + i], bent = a * keep[5 * f.stride + i];
         to->row[FRONT][i] = z * front;
@@ -66,13 +79,14 @@ R_OUTLINE void send_some(const Flow *restrict flow, const Real *restrict light, 
     }
 }
 
-/* What a plane sends, into the ring. */
-static void send(const Flow *flow, const Real *light, const Real *cosine, const Real *keep, Real *ring) {
+/* What a plane sends, into the ring; and what it shows. */
+static void send(const Flow *flow, const From *plane, const Real *facts, Real *ring, Real *seen) {
     Sent sent;
     for (int first = 0; first < flow->count; first += TOGETHER) {
         int count = flow->count - first < TOGETHER ? flow->count - first : TOGETHER;
-        send_some(flow, light + first, cosine + first, keep + first, count, &sent);
-        for (int k = 0; k < R_POP_RING; k++) memcpy(ring + flow->own + k * flow->room + first, sent.row[k], sizeof(Real) * (size_t)count);
+        From from = {plane->light + first, plane->cosine + first, plane->keep + first, plane->density + first};
+        send_some(flow, &from, facts + first, count, &sent, seen + first);
+        for (int k = 0; k < R_POP_RING && ring; k++) memcpy(ring + flow->own + k * flow->room + first, sent.row[k], sizeof(Real) * (size_t)count);
     }
 }
 
@@ -94,28 +108,6 @@ R_OUTLINE void arrive(const Flow *restrict flow, const Real *restrict ring, cons
         light[i] = sum;
         cosine[i] = sum > R(0.0) ? r_min(r_max(bent / r_max(sum, R(1e-37)), R(-1.0)), R(1.0)) : R(0.0);
     }
-}
-
-R_OUTLINE void show(const Flow *restrict flow, const Real *restrict light, const Real *restrict cosine, const RPopCells *restrict cells, int64_t first,
-                    Real *restrict seen) {
-    const Flow f = *flow;
-    const Real *mu = cells->mu + first, *fluence = cells->fluence + first, *density = cells->density + first;
-    for (int i = 0; i < f.count; i++) { /* vec */
-        Real front, back, beside, size = r_abs(cosine[i]);
-        parts_of(f.cone, cosine[i], &front, &back, &beside);
-        Real way = R(1.0) + R(2.0) * beside * (f.side[0] * f.widths[0] + f.side[1] * f.widths[1]);
-        way *= size + (R(1.0) - size) * f.thin * density[i];
-        seen[i] += fluence[i] * way * light[i] * r_pop_lobe(cosine[i] * f.see, mu[i]);
-    }
-}
-
-/* A visit is the edge of a cell, which is a cube. */
-R_OUTLINE void show_plain(const Flow *restrict flow, const Real *restrict light, const Real *restrict cosine, const RPopCells *restrict cells, int64_t first,
-                          Real *restrict seen) {
-    const Flow f = *flow;
-    const Real *mu = cells->mu + first, *fluence = cells->fluence + first;
-    for (int i = 0; i < f.count; i++) /* vec */
-        seen[i] += fluence[i] * light[i] * r_pop_lobe(cosine[i] * f.see, mu[i]);
 }
 
 R_OUTLINE void fill_keep(const Real *restrict density, Real *restrict keep, Real light, Real cosine, int64_t stride, int64_t count) {
@@ -189,12 +181,17 @@ typedef struct Channel {
     const RPopGrid *grid;
     const RPopCells *cells;
     const Real *mask;
-    Real *ring, *light, *cosine, *seen;
-    Real thin;
-    int plain;
+    Real *ring, *light, *cosine, *seen, thin;
 } Channel;
 
-/* All planes once, in place. */
+static void send_plane(Channel *c, int32_t z, Real *ring) {
+    int64_t at = (int64_t)z * c->flow.count;
+    From from = {c->light + at, c->cosine + at, c->cells->keep + at, c->cells->density + at};
+    c->flow.thin = c->thin * c->cells->depth[z];
+    send(&c->flow, &from, c->cells->mu + at, ring, c->seen + at);
+}
+
+/* All planes once, in place: what is under way is shown, and sent. */
 static void iterate(Channel *c) {
     Flow *f = &c->flow;
     int64_t plane = f->count, size = R_POP_RING * f->room, first = f->row;
@@ -203,18 +200,16 @@ static void iterate(Channel *c) {
     f->own = first + size;
     f->after = first + 2 * size;
     clear_plane(f, c->ring, f->before);
-    send(f, c->light, c->cosine, c->cells->keep, c->ring);
+    send_plane(c, 0, c->ring);
     if (c->grid->radial) through_point(f, c->grid, c->ring);
     for (int32_t z = 0; z < planes; z++) {
         int64_t at = z * plane, kept = f->own;
         f->own = f->after;
-        if (z + 1 < planes) send(f, c->light + at + plane, c->cosine + at + plane, c->cells->keep + at + plane, c->ring);
+        if (z + 1 < planes) send_plane(c, z + 1, c->ring);
         else clear_plane(f, c->ring, f->after);
         f->own = kept;
         arrive(f, c->ring, c->cells->keep + at, c->mask, c->light + at, c->cosine + at);
         if (c->grid->radial) fold_edges(f, c->grid, c->ring, c->cells->keep + at, c->light + at, c->cosine + at);
-        f->thin = c->thin * c->cells->depth[z];
-        (c->plain ? show_plain : show)(f, c->light + at, c->cosine + at, c->cells, at, c->seen + at);
         kept = f->before;
         f->before = f->own;
         f->own = f->after;
@@ -224,11 +219,12 @@ static void iterate(Channel *c) {
 
 static Channel channel_of(const RPopScene *scene, const RPopGrid *grid, RPopCells *cells) {
     Channel c = {.grid = grid, .cells = cells};
+    int cubes = !scene->paths || grid->radial;
     Real *mask;
-    c.flow = (Flow){.cone = grid->cone, .side = {grid->side[0], grid->side[1]}, .see = scene->paper ? R(1.0) : scene->g,
-                    .count = grid->n[0] * grid->n[1], .row = grid->n[0], .stride = cells->count, .room = cells->room};
-    c.plain = !scene->paths;
-    for (int a = 0; a < 2 && !grid->radial; a++) c.flow.widths[a] = grid->edge[a] / grid->edge[2] - R(1.0);
+    c.flow = (Flow){.cone = grid->cone, .side = {grid->side[0], grid->side[1]}, .see = scene->paper ? R(1.0) : scene->g, .plain = R(1.0),
+                    .thick = scene->paths ? R(0.0) : R(1.0), .count = grid->n[0] * grid->n[1], .row = grid->n[0], .stride = cells->count,
+                    .room = cells->room, .apart = cells->share - cells->mu};
+    for (int a = 0; a < 2 && !cubes; a++) c.flow.wide += R(2.0) * grid->side[a] * (grid->edge[a] / grid->edge[2] - R(1.0));
     c.ring = cells->scratch;
     mask = c.ring + 3 * R_POP_RING * cells->room + 2 * grid->n[0];
     for (int64_t i = 0; i < 3 * R_POP_RING * cells->room + 2 * grid->n[0]; i++) c.ring[i] = R(0.0);
@@ -240,8 +236,12 @@ static Channel channel_of(const RPopScene *scene, const RPopGrid *grid, RPopCell
     return c;
 }
 
-/* Iterations [begin, end). A channel whose light has fallen below epsilon_L of what was injected stands still. */
-void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *arrays, int number, const int iterations[2], void *worker) {
+/* Light that was injected travels half a cell where it was scattered, in the mean. In print it is never accumulated. */
+static Real shown_of(const RPopScene *scene, int iteration) { return iteration > 0 ? R(1.0) : scene->paper ? R(0.0) : R(0.5); }
+
+/* Iterations [begin, end). A channel whose light has fallen below epsilon_L of what was injected stands still. In print the last iteration
+ * also accumulates what it has sent; else that is left to the residuum. */
+void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *arrays, int number, const int iterations[3], void *worker) {
     const RPopScene *scene = memory;
     const NphPopChoice *choice = &scene->choice;
     RPopGrid grid = r_pop_grid(scene, (const Real *)arrays->ordinate + (int64_t)number * NPH_POP_ROW, number);
@@ -254,12 +254,15 @@ void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *array
         c.light = (Real *)arrays->light + first + channel * count;
         c.cosine = (Real *)arrays->cosine + first + channel * count;
         c.seen = (Real *)arrays->seen + first + channel * count;
-        c.thin = R(0.5) * (scene->sigma_a[channel] + scene->sigma_s[channel] * (R(1.0) - scene->g));
+        c.thin = scene->paths ? R(0.5) * (scene->sigma_a[channel] + scene->sigma_s[channel] * (R(1.0) - scene->g)) : R(0.0);
         prepare_keep(scene, &grid, channel, &cells);
         for (int m = iterations[0]; m < iterations[1] && power[NPH_POP_LEFT] > (double)scene->epsilon_l * power[NPH_POP_INJECTED]; m++) {
+            c.flow.shown = shown_of(scene, m);
             iterate(&c);
             power[NPH_POP_LEFT] = r_pop_sum(c.light, count);
         }
+        c.flow.shown = R(1.0);
+        for (int32_t z = 0; z < grid.n[2] && scene->paper && iterations[1] == iterations[2]; z++) send_plane(&c, z, NULL);
     }
 }
 

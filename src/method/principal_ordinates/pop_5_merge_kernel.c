@@ -3,7 +3,8 @@
  * pop.join, pop.spread and pop.merge [Elek14 sec. 5.3, 5.4], on grids along the medium.
  *   join    what is left of the light of all grids, as power in a volume: sum over grids of value light / depth, times this grid's own edge
  *           (of a point over what fluence counts by); scaled to keep the power of every channel. In print it is not scaled
- *   spread  isotropic light, a sixth to every neighbour, what absorption leaves of it; all that arrives is added up
+ *   spread  isotropic light, a sixth to every neighbour, what absorption leaves of it; all that was joined (not in print, where the grids
+ *           have accumulated it) and all that arrives is added up, times the path of a visit (pop_4_propagate_kernel.c)
  *   merge   sum over grids of value seen, and a 4 pi-th of what was spread
  * Between the middles of a grid's cells everything is linear; beyond the outermost it is constant. */
 #include "method/principal_ordinates/pop_kept.h"
@@ -15,118 +16,144 @@ void NPH_KERNEL(nph_pop_spread)(const void *memory, const NphPopArrays *arrays, 
 double NPH_KERNEL(nph_pop_left)(const void *memory, const NphPopArrays *arrays, int from);
 void NPH_KERNEL(nph_pop_merge)(const void *memory, const NphPopArrays *arrays, int first, int end);
 
-enum { ROW = 4096 };
+enum { MOST = 4096 };
 
-/* A row of places, and the eight cells of a grid around each of them. */
-typedef struct Row {
-    Real p[3][ROW], part[3][ROW], value[ROW];
-    int32_t first[ROW], right[ROW], below[ROW], behind[ROW];
-    int count;
-} Row;
+/* Rows of places of a box along the medium, in scene-local space, and the eight cells of a grid around each of them. */
+typedef struct Places {
+    Real p[3][MOST], part[3][MOST], value[MOST];
+    int32_t first[MOST], right[MOST], below[MOST], behind[MOST];
+    int32_t width;
+    int rows, count;
+} Places;
 
-R_OUTLINE void find_places(const RPopScene *restrict scene, const RPopBox *restrict box, int32_t y, int32_t z, Row *restrict row) {
-    const RPopScene *s = scene;
-    const RPopBox b = *box;
-    int count = row->count;
+static void find_places(const RPopScene *scene, const RPopBox *box, const int32_t first[2], Places *at) {
+    for (int row = 0, i = 0; row < at->rows; row++)
+        for (int32_t x = 0; x < at->width; x++, i++) {
+            Real p[3];
+            r_pop_middle(scene, box, x, first[0] + row, first[1], p);
+            for (int a = 0; a < 3; a++) at->p[a][i] = p[a];
+        }
+}
+
+R_INLINE void find_cell(Places *at, const RPopGrid *grid, const Real place[3], int i) {
+    int32_t low[3] = {(int32_t)place[0], (int32_t)place[1], (int32_t)place[2]};
+    at->part[0][i] = place[0] - (Real)low[0];
+    at->part[1][i] = place[1] - (Real)low[1];
+    at->part[2][i] = place[2] - (Real)low[2];
+    at->first[i] = (low[2] * grid->n[1] + low[1]) * grid->n[0] + low[0];
+    at->right[i] = low[0] + 1 < grid->n[0] ? 1 : 0;
+    at->below[i] = low[1] + 1 < grid->n[1] ? grid->n[0] : 0;
+    at->behind[i] = low[2] + 1 < grid->n[2] ? grid->n[0] * grid->n[1] : 0;
+}
+
+/* A grid's axes over its edges: places in cells, from the middle of the first. */
+R_OUTLINE void find_flat(const RPopGrid *restrict grid, Places *restrict at) {
+    const RPopGrid g = *grid;
+    Real m[3][4];
+    for (int b = 0; b < 3; b++) {
+        for (int a = 0; a < 3; a++) m[b][a] = g.axis[b][a] / g.edge[b];
+        m[b][3] = -(m[b][0] * g.middle[0] + m[b][1] * g.middle[1] + m[b][2] * g.middle[2]) - g.low[b] / g.edge[b] - R(0.5);
+    }
+    int count = at->count;
     for (int i = 0; i < count; i++) { /* vec */
-        Real p[3];
-        r_pop_middle(s, &b, i, y, z, p);
-        row->p[0][i] = p[0];
-        row->p[1][i] = p[1];
-        row->p[2][i] = p[2];
+        Real x = at->p[0][i], y = at->p[1][i], z = at->p[2][i], place[3];
+        place[0] = r_min(r_max(m[0][0] * x + m[0][1] * y + m[0][2] * z + m[0][3], R(0.0)), (Real)(g.n[0] - 1));
+        place[1] = r_min(r_max(m[1][0] * x + m[1][1] * y + m[1][2] * z + m[1][3], R(0.0)), (Real)(g.n[1] - 1));
+        place[2] = r_min(r_max(m[2][0] * x + m[2][1] * y + m[2][2] * z + m[2][3], R(0.0)), (Real)(g.n[2] - 1));
+        find_cell(at, &g, place, i);
     }
 }
 
-R_INLINE void find_cell(Row *row, const RPopGrid *grid, int i) {
-    Real at[3];
-    r_pop_find(grid, row->p[0][i], row->p[1][i], row->p[2][i], at);
-    int32_t low[3] = {(int32_t)at[0], (int32_t)at[1], (int32_t)at[2]};
-    row->part[0][i] = at[0] - (Real)low[0];
-    row->part[1][i] = at[1] - (Real)low[1];
-    row->part[2][i] = at[2] - (Real)low[2];
-    row->first[i] = (low[2] * grid->n[1] + low[1]) * grid->n[0] + low[0];
-    row->right[i] = low[0] + 1 < grid->n[0] ? 1 : 0;
-    row->below[i] = low[1] + 1 < grid->n[1] ? grid->n[0] : 0;
-    row->behind[i] = low[2] + 1 < grid->n[2] ? grid->n[0] * grid->n[1] : 0;
-}
-
-R_OUTLINE void find_flat(const RPopGrid *restrict grid, Row *restrict row) {
-    RPopGrid g = *grid;
-    int count = row->count;
-    g.radial = 0;
-    for (int i = 0; i < count; i++) find_cell(row, &g, i); /* vec */
-}
-
-R_OUTLINE void find_radial(const RPopGrid *restrict grid, Row *restrict row) {
-    RPopGrid g = *grid;
-    int count = row->count;
-    g.radial = 1;
-    for (int i = 0; i < count; i++) find_cell(row, &g, i); /* vec */
-}
-
-R_OUTLINE void read_cells(const Real *restrict values, Row *restrict row) {
-    int count = row->count;
+R_OUTLINE void find_radial(const RPopGrid *restrict grid, Places *restrict at) {
+    const RPopGrid g = *grid;
+    int count = at->count;
     for (int i = 0; i < count; i++) { /* vec */
-        int32_t at = row->first[i], right = row->right[i], below = row->below[i], behind = row->behind[i];
-        Real a = r_grid_mix(values[at], values[at + right], row->part[0][i]), b = r_grid_mix(values[at + below], values[at + below + right], row->part[0][i]);
-        Real c = r_grid_mix(values[at + behind], values[at + behind + right], row->part[0][i]);
-        Real d = r_grid_mix(values[at + behind + below], values[at + behind + below + right], row->part[0][i]);
-        row->value[i] = r_grid_mix(r_grid_mix(a, b, row->part[1][i]), r_grid_mix(c, d, row->part[1][i]), row->part[2][i]);
+        Real place[3];
+        r_pop_find_radial(&g, at->p[0][i], at->p[1][i], at->p[2][i], place);
+        find_cell(at, &g, place, i);
+    }
+}
+
+R_OUTLINE void read_cells(const Real *restrict values, Places *restrict at) {
+    int count = at->count;
+    for (int i = 0; i < count; i++) { /* vec */
+        int32_t k = at->first[i], right = at->right[i], below = at->below[i], behind = at->behind[i];
+        Real a = r_grid_mix(values[k], values[k + right], at->part[0][i]), b = r_grid_mix(values[k + below], values[k + below + right], at->part[0][i]);
+        Real c = r_grid_mix(values[k + behind], values[k + behind + right], at->part[0][i]);
+        Real d = r_grid_mix(values[k + behind + below], values[k + behind + below + right], at->part[0][i]);
+        at->value[i] = r_grid_mix(r_grid_mix(a, b, at->part[1][i]), r_grid_mix(c, d, at->part[1][i]), at->part[2][i]);
     }
 }
 
 /* out: every `apart`-th number of it. */
-static void add_row(const Row *row, Real factor, int apart, Real *out) {
-    for (int i = 0; i < row->count; i++) out[i * apart] += factor * row->value[i];
+static void add_places(const Places *at, Real factor, int apart, Real *out) {
+    for (int i = 0; i < at->count; i++) out[i * apart] += factor * at->value[i];
 }
 
-static void find_grid(const RPopGrid *grid, Row *row) { (grid->radial ? find_radial : find_flat)(grid, row); }
+static void find_grid(const RPopGrid *grid, Places *at) { (grid->radial ? find_radial : find_flat)(grid, at); }
 
 static int is_dark(const Real *row) { return !(row[NPH_POP_VALUE] + row[NPH_POP_VALUE + 1] + row[NPH_POP_VALUE + 2] > R(0.0)); }
 
 /* From power over the mean solid angle of cells to power in a volume of a shell. */
-static void thin_row(const RPopGrid *grid, Row *row) {
-    for (int i = 0; i < row->count; i++) {
-        Real inside = r_pop_radius(grid, (Real)(row->first[i] / (grid->n[0] * grid->n[1])) + row->part[2][i]), outside = inside * r_exp(grid->log_ratio);
-        row->value[i] /= (outside * outside * outside - inside * inside * inside) * R(0.33333333333333333);
+static void thin_places(const RPopGrid *grid, Places *at) {
+    for (int i = 0; i < at->count; i++) {
+        Real inside = r_pop_radius(grid, (Real)(at->first[i] / (grid->n[0] * grid->n[1])) + at->part[2][i]), outside = inside * r_exp(grid->log_ratio);
+        at->value[i] /= (outside * outside * outside - inside * inside * inside) * R(0.33333333333333333);
     }
 }
 
-/* Radiance or power of all grids at the places of a row: `values` is arrays->seen or arrays->light. */
-static void add_grids(const RPopScene *scene, const NphPopArrays *arrays, const Real *values, int channels, int apart, int64_t between, int joins,
-                      Row *row, Real *out) {
+/* What is added up: [cell] of all grids; numbers of the sum that are `apart`, channels that are `between`; joins: power in a volume. */
+typedef struct Sum {
+    const Real *values;
+    Real *out;
+    int apart, joins;
+    int64_t between;
+} Sum;
+
+static void add_grid(const RPopScene *scene, const Real *ordinate, int number, const Sum *sum, Places *at) {
     const NphPopChoice *choice = &scene->choice;
-    for (int n = 0; n < nph_pop_grids(choice); n++) {
-        const Real *ordinate = (const Real *)arrays->ordinate + (int64_t)n * NPH_POP_ROW;
-        if (is_dark(ordinate)) continue;
-        RPopGrid grid = r_pop_grid(scene, ordinate, n);
-        int64_t cells = nph_pop_cells(grid.n), first = nph_pop_first(choice, n, choice->channels);
-        find_grid(&grid, row);
-        for (int c = 0; c < channels; c++) {
-            Real factor = ordinate[NPH_POP_VALUE + c];
-            if (choice->channels > 1 || c == 0) {
-                read_cells(values + first + (choice->channels > 1 ? c : 0) * cells, row);
-                if (joins && grid.radial) thin_row(&grid, row);
-            }
-            if (joins && !grid.radial) factor /= grid.edge[2];
-            add_row(row, factor, apart, out + c * between);
+    RPopGrid grid = r_pop_grid(scene, ordinate, number);
+    int64_t cells = nph_pop_cells(grid.n), first = nph_pop_first(choice, number, choice->channels);
+    find_grid(&grid, at);
+    for (int c = 0; c < choice->transport.film_channels; c++) {
+        if (choice->channels > 1 || c == 0) {
+            read_cells(sum->values + first + (choice->channels > 1 ? c : 0) * cells, at);
+            if (sum->joins && grid.radial) thin_places(&grid, at);
         }
+        Real factor = ordinate[NPH_POP_VALUE + c];
+        if (sum->joins && !grid.radial) factor /= grid.edge[2];
+        add_places(at, factor, sum->apart, sum->out + c * sum->between);
     }
+}
+
+static void add_grids(const RPopScene *scene, const NphPopArrays *arrays, const Sum *sum, Places *at) {
+    for (int n = 0; n < nph_pop_grids(&scene->choice); n++) {
+        const Real *ordinate = (const Real *)arrays->ordinate + (int64_t)n * NPH_POP_ROW;
+        if (!is_dark(ordinate)) add_grid(scene, ordinate, n, sum, at);
+    }
+}
+
+/* The next rows of a plane, from row y on: as many as there is room for. */
+static void begin_rows(const RPopScene *scene, const RPopBox *box, int32_t y, int32_t z, Places *at) {
+    int32_t most = MOST / box->n[0], left = box->n[1] - y;
+    at->width = box->n[0];
+    at->rows = (int)(left < most ? left : most);
+    at->count = at->rows * at->width;
+    find_places(scene, box, (int32_t[]){y, z}, at);
 }
 
 void NPH_KERNEL(nph_pop_join)(const void *memory, const NphPopArrays *arrays, int first, int end) {
     const RPopScene *scene = memory;
     const RPopBox *box = &scene->joined;
     int64_t cells = nph_pop_cells(box->n);
-    Row row;
-    row.count = box->n[0];
+    Places at;
     for (int32_t z = first; z < end; z++)
-        for (int32_t y = 0; y < box->n[1]; y++) {
-            Real *out = (Real *)arrays->residuum[0] + ((int64_t)z * box->n[1] + y) * box->n[0];
+        for (int32_t y = 0; y < box->n[1]; y += at.rows) {
+            Sum sum = {.values = arrays->light, .out = (Real *)arrays->residuum[0] + ((int64_t)z * box->n[1] + y) * box->n[0], .apart = 1, .joins = 1, .between = cells};
+            begin_rows(scene, box, y, z, &at);
             for (int c = 0; c < scene->choice.transport.film_channels; c++)
-                for (int i = 0; i < row.count; i++) out[c * cells + i] = ((Real *)arrays->spread)[out - (Real *)arrays->residuum[0] + c * cells + i] = R(0.0);
-            find_places(scene, box, y, z, &row);
-            add_grids(scene, arrays, arrays->light, scene->choice.transport.film_channels, 1, cells, 1, &row, out);
+                for (int i = 0; i < at.count; i++) sum.out[c * cells + i] = R(0.0);
+            add_grids(scene, arrays, &sum, &at);
         }
 }
 
@@ -149,7 +176,12 @@ void NPH_KERNEL(nph_pop_join_scale)(const void *memory, const NphPopArrays *arra
             before += (double)ordinate[NPH_POP_VALUE + c] * area * arrays->power[((int64_t)n * choice->channels + (choice->channels > 1 ? c : 0)) * NPH_POP_POWERS + NPH_POP_LEFT];
         }
         if (!scene->paper && after > 0.0) scale = before / after;
-        for (int64_t i = 0; i < cells; i++) out[i] = (Real)((double)out[i] * scale * edge);
+        const Real *path = (const Real *)arrays->keep + (3 * choice->transport.film_channels + c) * cells;
+        Real *shown = (Real *)arrays->spread + c * cells;
+        for (int64_t i = 0; i < cells; i++) {
+            out[i] = (Real)((double)out[i] * scale * edge);
+            shown[i] = scene->paper ? R(0.0) : path[i] * out[i];
+        }
     }
 }
 
@@ -219,23 +251,33 @@ double NPH_KERNEL(nph_pop_left)(const void *memory, const NphPopArrays *arrays, 
     return r_pop_sum(arrays->residuum[from], scene->choice.transport.film_channels * nph_pop_cells(scene->joined.n));
 }
 
-/* What was spread, at the places of a row: isotropic. */
-static void add_spread(const RPopScene *scene, const NphPopArrays *arrays, int32_t y, int32_t z, Row *row, Real *out) {
+/* What was spread, at the places: isotropic. */
+static void add_spread(const RPopScene *scene, const NphPopArrays *arrays, const int32_t first[2], Places *at, Real *out) {
     const RPopBox *from = &scene->merged, *box = &scene->joined;
     RPopGrid grid = {.radial = 0, .n = {box->n[0], box->n[1], box->n[2]}, .axis = {{R(1.0)}, {R(0.0), R(1.0)}, {R(0.0), R(0.0), R(1.0)}}};
     for (int a = 0; a < 3; a++) {
         grid.low[a] = box->lo[a];
         grid.edge[a] = box->edge[a];
     }
-    for (int i = 0; i < row->count; i++) { /* in the medium's space */
-        row->p[0][i] = from->lo[0] + ((Real)i + R(0.5)) * from->edge[0];
-        row->p[1][i] = from->lo[1] + ((Real)y + R(0.5)) * from->edge[1];
-        row->p[2][i] = from->lo[2] + ((Real)z + R(0.5)) * from->edge[2];
+    for (int i = 0; i < at->count; i++) { /* in the medium's space */
+        at->p[0][i] = from->lo[0] + ((Real)(i % at->width) + R(0.5)) * from->edge[0];
+        at->p[1][i] = from->lo[1] + ((Real)(first[0] + i / at->width) + R(0.5)) * from->edge[1];
+        at->p[2][i] = from->lo[2] + ((Real)first[1] + R(0.5)) * from->edge[2];
     }
-    find_grid(&grid, row);
+    find_grid(&grid, at);
     for (int c = 0; c < scene->choice.transport.film_channels; c++) {
-        read_cells((const Real *)arrays->spread + c * nph_pop_cells(box->n), row);
-        add_row(row, R(0.079577471545947668), NPH_POP_CELL, out + c);
+        read_cells((const Real *)arrays->spread + c * nph_pop_cells(box->n), at);
+        add_places(at, R(0.079577471545947668), NPH_POP_CELL, out + c);
+    }
+}
+
+/* The fourth number guides the upsampling: the density over the largest. */
+static void add_guides(const RPopScene *scene, const NphPopArrays *arrays, const int32_t first[2], const Places *at, Real *out) {
+    const RPopBox *box = &scene->merged;
+    for (int i = 0; i < at->count; i++) {
+        Real u = box->lo[0] + ((Real)(i % at->width) + R(0.5)) * box->edge[0], v = box->lo[1] + ((Real)(first[0] + i / at->width) + R(0.5)) * box->edge[1];
+        Real density = r_pop_density(scene, arrays->medium, u, v, box->lo[2] + ((Real)first[1] + R(0.5)) * box->edge[2]);
+        out[i * NPH_POP_CELL + 3] = scene->density_max > R(0.0) ? density / scene->density_max : R(0.0);
     }
 }
 
@@ -243,15 +285,16 @@ void NPH_KERNEL(nph_pop_merge)(const void *memory, const NphPopArrays *arrays, i
     const RPopScene *scene = memory;
     const RPopBox *box = &scene->merged;
     int channels = scene->choice.transport.film_channels;
-    Row row;
-    row.count = box->n[0];
+    Places at;
     for (int32_t z = first; z < end; z++)
-        for (int32_t y = 0; y < box->n[1]; y++) {
+        for (int32_t y = 0; y < box->n[1]; y += at.rows) {
             Real *out = (Real *)arrays->merged + ((int64_t)z * box->n[1] + y) * box->n[0] * NPH_POP_CELL;
-            for (int i = 0; i < row.count * NPH_POP_CELL; i++) out[i] = R(0.0);
-            find_places(scene, box, y, z, &row);
-            add_grids(scene, arrays, arrays->seen, channels, NPH_POP_CELL, 1, 0, &row, out);
-            if (scene->choice.residuum) add_spread(scene, arrays, y, z, &row, out);
-            for (int i = 0; i < row.count && channels == 1; i++) out[i * NPH_POP_CELL + 1] = out[i * NPH_POP_CELL + 2] = out[i * NPH_POP_CELL];
+            Sum sum = {.values = arrays->seen, .out = out, .apart = NPH_POP_CELL, .between = 1};
+            begin_rows(scene, box, y, z, &at);
+            for (int i = 0; i < at.count * NPH_POP_CELL; i++) out[i] = R(0.0);
+            add_grids(scene, arrays, &sum, &at);
+            if (scene->choice.residuum) add_spread(scene, arrays, (int32_t[]){y, z}, &at, out);
+            for (int i = 0; i < at.count && channels == 1; i++) out[i * NPH_POP_CELL + 1] = out[i * NPH_POP_CELL + 2] = out[i * NPH_POP_CELL];
+            add_guides(scene, arrays, (int32_t[]){y, z}, &at, out);
         }
 }

@@ -61,18 +61,36 @@ static inline double r_pop_sum(const Real *values, int64_t count) {
     return sum;
 }
 
-/* Cosine between the way of the light in a cell and the way to the observer. */
-static inline Real r_pop_mu(const RScene *local, const Real p[3], const Real d[3]) {
+/* Where the observer stands, scene-local, or, where `parallel`, the way to him. */
+typedef struct RPopObserver {
+    Real at[3];
+    int parallel;
+} RPopObserver;
+
+static inline RPopObserver r_pop_observer(const RScene *local) {
     const NphSensor *sensor = &local->sensor;
-    int parallel = sensor->kind == NPH_SENSOR_ORTHOGRAPHIC || sensor->kind == NPH_SENSOR_RADIANCE;
-    double to[3], square = 0.0, dot = 0.0;
-    for (int a = 0; a < 3; a++) {
-        to[a] = parallel ? -sensor->seen[a] : sensor->position[a] - local->origin[a] - (double)p[a];
-        square += to[a] * to[a];
-        dot += to[a] * (double)d[a];
+    RPopObserver out = {.parallel = sensor->kind == NPH_SENSOR_ORTHOGRAPHIC || sensor->kind == NPH_SENSOR_RADIANCE};
+    for (int a = 0; a < 3; a++) out.at[a] = (Real)(out.parallel ? -sensor->seen[a] : sensor->position[a] - local->origin[a]);
+    return out;
+}
+
+/* Cosine between the way of the light in a cell and the way to the observer. */
+R_INLINE Real r_pop_mu(const RPopObserver *observer, const Real p[3], const Real d[3]) {
+    Real from = observer->parallel ? R(0.0) : R(1.0);
+    Real x = observer->at[0] - from * p[0], y = observer->at[1] - from * p[1], z = observer->at[2] - from * p[2];
+    Real mu = (x * d[0] + y * d[1] + z * d[2]) / r_sqrt(r_max(x * x + y * y + z * z, R(1e-30)));
+    return r_min(r_max(mu, R(-1.0)), R(1.0));
+}
+
+R_OUTLINE void r_pop_row_of_mu(const RPopObserver *restrict observer, const RPopGrid *restrict grid, int32_t y, int32_t z, Real *restrict mu) {
+    RPopGrid g = *grid;
+    const RPopObserver o = *observer;
+    g.radial = 0;
+    for (int32_t x = 0; x < g.n[0]; x++) { /* vec */
+        Real p[3], d[3];
+        r_pop_cell(&g, x, y, z, p, d);
+        mu[x] = r_pop_mu(&o, p, d);
     }
-    double mu = square > 0.0 ? dot / nph_sqrt(square) : 0.0;
-    return (Real)(mu > 1.0 ? 1.0 : mu < -1.0 ? -1.0 : mu);
 }
 
 /* Solid angle of a cell over the mean of all. */
@@ -81,22 +99,32 @@ static inline Real r_pop_solid(const RPopGrid *grid, int32_t x, int32_t y) {
     return r_octahedron_solid(u, v, grid->n[0]) * grid->per_solid;
 }
 
-/* In print fluence is the light itself. Of a point light is the power of a cell over the mean solid angle of cells; in print all cells
- * have that, and a shell's fluence falls with the square of its radius. */
-static inline void r_pop_cell_facts(const RPopScene *scene, const RPopGrid *grid, RPopCells *cells) {
+static inline void r_pop_flat_facts(const RPopScene *scene, const RPopGrid *grid, RPopCells *cells) {
+    RPopObserver observer = r_pop_observer(&scene->local);
     int64_t i = 0;
     for (int32_t z = 0; z < grid->n[2]; z++) {
-        Real inside = grid->radial ? r_pop_radius(grid, (Real)z) : R(0.0), outside = grid->radial ? r_pop_radius(grid, (Real)(z + 1)) : R(0.0);
-        Real middle = grid->radial ? r_pop_radius(grid, (Real)z + R(0.5)) : R(0.0);
+        cells->depth[z] = grid->edge[2];
+        for (int32_t y = 0; y < grid->n[1]; y++, i += grid->n[0]) r_pop_row_of_mu(&observer, grid, y, z, cells->mu + i);
+    }
+    for (i = 0; i < cells->count; i++) cells->share[i] = cells->fluence[i] = R(1.0);
+}
+
+/* In print fluence is the light itself. Of a point light is the power of a cell over the mean solid angle of cells; in print all cells
+ * have that, and a shell's fluence falls with the square of its radius. */
+static inline void r_pop_radial_facts(const RPopScene *scene, const RPopGrid *grid, RPopCells *cells) {
+    RPopObserver observer = r_pop_observer(&scene->local);
+    int64_t i = 0;
+    for (int32_t z = 0; z < grid->n[2]; z++) {
+        Real inside = r_pop_radius(grid, (Real)z), outside = r_pop_radius(grid, (Real)(z + 1)), middle = r_pop_radius(grid, (Real)z + R(0.5));
         Real volume = (outside * outside + outside * inside + inside * inside) * R(0.33333333333333333); /* over thickness and solid angle */
-        cells->depth[z] = grid->radial ? outside - inside : grid->edge[2];
+        cells->depth[z] = outside - inside;
         for (int32_t y = 0; y < grid->n[1]; y++)
             for (int32_t x = 0; x < grid->n[0]; x++, i++) {
-                Real p[3], d[3], solid = grid->radial && !scene->paper ? r_pop_solid(grid, x, y) : R(1.0);
+                Real p[3], d[3], solid = scene->paper ? R(1.0) : r_pop_solid(grid, x, y);
                 r_pop_cell(grid, x, y, z, p, d);
-                cells->mu[i] = r_pop_mu(&scene->local, p, d);
+                cells->mu[i] = r_pop_mu(&observer, p, d);
                 cells->share[i] = solid;
-                cells->fluence[i] = !grid->radial ? R(1.0) : scene->paper ? R(1.0) / (middle * middle) : R(1.0) / (solid * volume);
+                cells->fluence[i] = scene->paper ? R(1.0) / (middle * middle) : R(1.0) / (solid * volume);
             }
     }
 }
@@ -113,7 +141,7 @@ static inline void r_pop_cells(const RPopScene *scene, const RPopGrid *grid, con
     cells->keep = cells->fluence + most;
     cells->depth = cells->keep + R_POP_KEEPS * most;
     cells->scratch = cells->depth + R_POP_PLANES;
-    r_pop_cell_facts(scene, grid, cells);
+    (grid->radial ? r_pop_radial_facts : r_pop_flat_facts)(scene, grid, cells);
 }
 
 #endif

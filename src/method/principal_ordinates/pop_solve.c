@@ -125,7 +125,7 @@ static NphStatus inject_block(void *data, int64_t grid, int worker) {
 
 static NphStatus propagate_block(void *data, int64_t grid, int worker) {
     NphPopSolver *s = data;
-    int range[2] = {s->iteration < 0 ? 0 : s->iteration, s->iteration < 0 ? s->iterations : s->iteration + 1};
+    int range[3] = {s->iteration < 0 ? 0 : s->iteration, s->iteration < 0 ? s->iterations : s->iteration + 1, s->iterations};
     NPH_LAUNCH(&s->stages[worker], NPH_POP_PROPAGATE, nph_pop_cells(nph_pop_shape(&s->choice, (int)grid)) * (range[1] - range[0]),
                s->kernels.propagate(s->scene, &s->arrays, (int)grid, range, s->scratch[worker]));
     return NPH_OK;
@@ -174,6 +174,8 @@ static NphStatus spread_once(NphPopSolver *s) {
 
 static NphStatus join(NphPopSolver *s) {
     s->from = 0;
+    s->kept = 1;
+    NPH_TRY(nph_pool_run(s->job.context, s->choice.joined[2], keep_plane, s, NULL));
     NPH_TRY(nph_pool_run(s->job.context, s->choice.joined[2], join_plane, s, NULL));
     NPH_LAUNCH(&s->stages[0], NPH_POP_JOIN, 0, s->kernels.join_scale(s->scene, &s->arrays));
     return NPH_OK;

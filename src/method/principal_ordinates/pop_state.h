@@ -208,19 +208,14 @@ R_INLINE void r_pop_middle(const RPopScene *scene, const RPopBox *box, int32_t x
     for (int a = 0; a < 3; a++) p[a] = m[4 * a] * u + m[4 * a + 1] * v + m[4 * a + 2] * w + m[4 * a + 3];
 }
 
-/* A place in a grid, in cells from the middle of the first one: not below 0, not above the last. */
-R_INLINE void r_pop_find(const RPopGrid *grid, Real x, Real y, Real z, Real at[3]) {
+/* A place in a radial grid, in cells from the middle of the first one: not below 0, not above the last. */
+R_INLINE void r_pop_find_radial(const RPopGrid *grid, Real x, Real y, Real z, Real at[3]) {
     Real p[3] = {x - grid->middle[0], y - grid->middle[1], z - grid->middle[2]};
-    if (grid->radial) {
-        Real r = r_sqrt(r_max(p[0] * p[0] + p[1] * p[1] + p[2] * p[2], R(1e-30))), u, v;
-        r_octahedron(p[0], p[1], p[2] + R(1e-18), &u, &v);
-        at[0] = R(0.5) * (u + R(1.0)) * (Real)grid->n[0];
-        at[1] = R(0.5) * (v + R(1.0)) * (Real)grid->n[1];
-        at[2] = r_log(r_max(r / grid->inner, R(1e-30))) / grid->log_ratio;
-    } else {
-        for (int b = 0; b < 3; b++)
-            at[b] = (p[0] * grid->axis[b][0] + p[1] * grid->axis[b][1] + p[2] * grid->axis[b][2] - grid->low[b]) / grid->edge[b];
-    }
+    Real r = r_sqrt(r_max(p[0] * p[0] + p[1] * p[1] + p[2] * p[2], R(1e-30))), u, v;
+    r_octahedron(p[0], p[1], p[2] + R(1e-18), &u, &v);
+    at[0] = R(0.5) * (u + R(1.0)) * (Real)grid->n[0];
+    at[1] = R(0.5) * (v + R(1.0)) * (Real)grid->n[1];
+    at[2] = r_log(r_max(r / grid->inner, R(1e-30))) / grid->log_ratio;
     for (int b = 0; b < 3; b++) at[b] = r_min(r_max(at[b] - R(0.5), R(0.0)), (Real)(grid->n[b] - 1));
 }
 
