@@ -29,6 +29,13 @@
 #define R_INLINE static inline
 #endif
 
+/* Before a loop whose iterations write places of their own, where only the program's words say so: rows of one array. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define R_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define R_INDEPENDENT
+#endif
+
 #if NPH_PRECISION == 32
 typedef float Real;
 #define R(x) x##f

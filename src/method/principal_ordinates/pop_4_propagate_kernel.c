@@ -15,8 +15,6 @@
  * Sides of cells that are no cubes: light along x crosses a width of the cell and not its depth, which fluence counts by.
  * Around a point the four edges of the octahedral map fold: the neighbour is mirrored along the same edge; what goes back from the
  * innermost shell comes out on the other side of it. */
-#include <string.h>
-
 #include "method/principal_ordinates/pop_kept.h"
 
 void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *arrays, int number, const int iterations[3], void *worker);
@@ -45,48 +43,32 @@ R_INLINE void parts_of(Real cone, Real a, Real *front, Real *back, Real *beside)
     *beside = below - *back;
 }
 
-enum { TOGETHER = 128 };
-
-/* Of some cells. */
+/* Of a plane. */
 typedef struct From {
     const Real *light, *cosine, *keep, *density;
 } From;
 
-/* What some cells send. */
-typedef struct Sent {
-    Real row[R_POP_RING][TOGETHER];
-} Sent;
-
-/* Rows of `facts`: mu, then twice `apart` further fluence (pop_kept.h). */
-R_OUTLINE void send_some(const Flow *restrict flow, const From *restrict from, const Real *restrict facts, int count, Sent *restrict to, Real *restrict seen) {
+/* What a plane sends, into the ring, and what it shows. Rows of `facts`: mu, and twice `apart` further fluence (pop_kept.h). */
+R_OUTLINE void send(const Flow *restrict flow, const From *restrict from, const Real *restrict facts, Real *restrict ring, Real *restrict seen) {
     const Flow f = *flow;
+    Real *to = ring + f.own;
     const Real *light = from->light, *cosine = from->cosine, *keep = from->keep, *density = from->density, *mu = facts, *fluence = facts + 2 * f.apart;
-    for (int i = 0; i < count; i++) { /* vec */
+    R_INDEPENDENT
+    for (int i = 0; i < f.count; i++) { /* vec */
         Real a = cosine[i], front, back, beside, size = r_abs(a);
         parts_of(f.cone, a, &front, &back, &beside);
         Real way = f.shown * (f.plain + beside * f.wide) * (size + (R(1.0) - size) * (f.thick + f.thin * density[i]));
         seen[i] += fluence[i] * way * light[i] * r_pop_lobe(a * f.see, mu[i]);
         Real x = light[i] * keep[i] * beside * f.side[0], y = light[i] * keep[f.stride + i] * beside * f.side[1];
         Real z = light[i] * keep[2 * f.stride + i], bent = a * keep[5 * f.stride + i];
-        to->row[FRONT][i] = z * front;
-        to->row[BACK][i] = z * back;
-        to->row[ACROSS][i] = x;
-        to->row[UP][i] = y;
-        to->row[FRONT_COSINE][i] = z * front * bent;
-        to->row[BACK_COSINE][i] = z * back * bent;
-        to->row[ACROSS_COSINE][i] = x * a * keep[3 * f.stride + i];
-        to->row[UP_COSINE][i] = y * a * keep[4 * f.stride + i];
-    }
-}
-
-/* What a plane sends, into the ring; and what it shows. */
-static void send(const Flow *flow, const From *plane, const Real *facts, Real *ring, Real *seen) {
-    Sent sent;
-    for (int first = 0; first < flow->count; first += TOGETHER) {
-        int count = flow->count - first < TOGETHER ? flow->count - first : TOGETHER;
-        From from = {plane->light + first, plane->cosine + first, plane->keep + first, plane->density + first};
-        send_some(flow, &from, facts + first, count, &sent, seen + first);
-        for (int k = 0; k < R_POP_RING && ring; k++) memcpy(ring + flow->own + k * flow->room + first, sent.row[k], sizeof(Real) * (size_t)count);
+        to[FRONT * f.room + i] = z * front;
+        to[BACK * f.room + i] = z * back;
+        to[ACROSS * f.room + i] = x;
+        to[UP * f.room + i] = y;
+        to[FRONT_COSINE * f.room + i] = z * front * bent;
+        to[BACK_COSINE * f.room + i] = z * back * bent;
+        to[ACROSS_COSINE * f.room + i] = x * a * keep[3 * f.stride + i];
+        to[UP_COSINE * f.room + i] = y * a * keep[4 * f.stride + i];
     }
 }
 
@@ -262,7 +244,8 @@ void NPH_KERNEL(nph_pop_propagate)(const void *memory, const NphPopArrays *array
             power[NPH_POP_LEFT] = r_pop_sum(c.light, count);
         }
         c.flow.shown = R(1.0);
-        for (int32_t z = 0; z < grid.n[2] && scene->paper && iterations[1] == iterations[2]; z++) send_plane(&c, z, NULL);
+        c.flow.own = c.flow.row;
+        for (int32_t z = 0; z < grid.n[2] && scene->paper && iterations[1] == iterations[2]; z++) send_plane(&c, z, c.ring); /* shown, not sent */
     }
 }
 
