@@ -520,24 +520,79 @@ void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t s
     line(user, text);
 }
 
-/* Between four pixels of the small picture, which is constant beyond its outermost. */
+/* Between which two pixels of the small picture a place lies, along an axis; it is constant beyond its outermost. */
+R_INLINE Real place_between(const RTpmScene *scene, int a, Real at, int32_t *low, int32_t *high) {
+    Real u = r_clamp(at - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
+    *low = (int32_t)u;
+    *high = *low + 1 < scene->small[a] ? *low + 1 : *low;
+    return u - (Real)*low;
+}
+
+/* The place of a sensor's pixel in the small picture. */
+R_INLINE Real place_of(const RTpmScene *scene, int pixel) {
+    return scene->half ? R(0.5) * ((Real)pixel + R(0.5)) - R(0.5) : (Real)pixel;
+}
+
+/* Between four pixels. */
 static void blend(const RTpmScene *scene, const Real *picture, const Real at[2], Real out[NPH_SAMPLE_FIELDS]) {
     int32_t low[2], high[2];
     int64_t corner[4];
     Real share[2];
-    for (int a = 0; a < 2; a++) {
-        Real u = r_clamp(at[a] - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
-        low[a] = (int32_t)u;
-        high[a] = low[a] + 1 < scene->small[a] ? low[a] + 1 : low[a];
-        share[a] = u - (Real)low[a];
-    }
+    for (int a = 0; a < 2; a++) share[a] = place_between(scene, a, at[a], &low[a], &high[a]);
     for (int k = 0; k < 4; k++)
         corner[k] = ((int64_t)(k >> 1 ? high[1] : low[1]) * scene->small[0] + (k & 1 ? high[0] : low[0])) * NPH_SAMPLE_FIELDS;
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
         const Real *from = picture + f;
-        Real upper = from[corner[0]] + share[0] * (from[corner[1]] - from[corner[0]]);
-        Real lower = from[corner[2]] + share[0] * (from[corner[3]] - from[corner[2]]);
-        out[f] = upper + share[1] * (lower - upper);
+        Real upper = r_grid_mix(from[corner[0]], from[corner[1]], share[0]);
+        Real lower = r_grid_mix(from[corner[2]], from[corner[3]], share[0]);
+        out[f] = r_grid_mix(upper, lower, share[1]);
+    }
+}
+
+enum { SPAN = 128 }; /* pixels of a row that are enlarged together */
+
+/* The same for many pixels: first along x, once for all rows that need it, then along y. */
+typedef struct Enlarged {
+    int32_t low[SPAN], high[SPAN]; /* numbers of the picture's row */
+    Real share[SPAN], row[2][NPH_SAMPLE_FIELDS][SPAN];
+    int32_t number[2]; /* of the two rows of the small picture that are there */
+} Enlarged;
+
+R_OUTLINE void stretch(Real *restrict to, const Real *restrict from, const int32_t *restrict low, const int32_t *restrict high,
+                       const Real *restrict share, int count) {
+    for (int i = 0; i < count; i++) to[i] = r_grid_mix(from[low[i]], from[high[i]], share[i]); /* vec */
+}
+
+R_OUTLINE void mix_rows(Real *restrict to, const Real *restrict upper, const Real *restrict lower, Real share, int count) {
+    for (int i = 0; i < count; i++) to[i] = r_grid_mix(upper[i], lower[i], share); /* vec */
+}
+
+/* The slot of a row; the other one is the row `kept`, which stays. */
+static int stretched(Enlarged *e, const RTpmScene *scene, const Real *picture, int32_t number, int32_t kept, int count) {
+    int slot = e->number[0] == number ? 0 : e->number[1] == number ? 1 : e->number[0] == kept ? 1 : 0;
+    if (e->number[slot] == number) return slot;
+    e->number[slot] = number;
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
+        stretch(e->row[slot][f], picture + (int64_t)number * scene->small[0] * NPH_SAMPLE_FIELDS + f, e->low, e->high, e->share, count);
+    return slot;
+}
+
+/* Rows [first, end) of the crop, columns [column, column + count). */
+static void enlarge_span(const RTpmScene *scene, const Real *picture, const int crop[4], int column, int count, int first, int end, Real *image) {
+    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+    Enlarged e;
+    e.number[0] = e.number[1] = -1;
+    for (int i = 0; i < count; i++) {
+        e.share[i] = place_between(scene, 0, place_of(scene, crop[0] + column + i), &e.low[i], &e.high[i]);
+        e.low[i] *= NPH_SAMPLE_FIELDS;
+        e.high[i] *= NPH_SAMPLE_FIELDS;
+    }
+    for (int row = first; row < end; row++) {
+        int32_t low, high;
+        Real share = place_between(scene, 1, place_of(scene, crop[1] + row), &low, &high);
+        int upper = stretched(&e, scene, picture, low, high, count), lower = stretched(&e, scene, picture, high, low, count);
+        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
+            mix_rows(image + f * pixels + row * width + column, e.row[upper][f], e.row[lower][f], share, count);
     }
 }
 
@@ -599,15 +654,14 @@ static void show_impostor(const RTpmScene *scene, const RTpmScene *view, int sti
 
 void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *seen, const void *picture, const int crop[4], int first, int end, void *image) {
     const RTpmScene *scene = memory, *view = seen;
-    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
-    int still = scene == view || stands_still(scene, view);
-    for (int row = first; row < end; row++)
-        for (int column = 0; column < (int)width; column++) {
-            int x = crop[0] + column, y = crop[1] + row;
+    int width = crop[2] - crop[0], still = scene == view || stands_still(scene, view);
+    int64_t pixels = (int64_t)width * (crop[3] - crop[1]);
+    for (int column = 0; column < width && !scene->impostor; column += SPAN)
+        enlarge_span(scene, picture, crop, column, width - column < SPAN ? width - column : SPAN, first, end, image);
+    for (int row = first; row < end && scene->impostor; row++)
+        for (int column = 0; column < width; column++) {
             Real out[NPH_SAMPLE_FIELDS];
-            Real at[2] = {scene->half ? R(0.5) * ((Real)x + R(0.5)) - R(0.5) : (Real)x, scene->half ? R(0.5) * ((Real)y + R(0.5)) - R(0.5) : (Real)y};
-            if (scene->impostor) show_impostor(scene, view, still, picture, x, y, out);
-            else blend(scene, picture, at, out);
-            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + row * width + column] = out[f];
+            show_impostor(scene, view, still, picture, crop[0] + column, crop[1] + row, out);
+            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + (int64_t)row * width + column] = out[f];
         }
 }
