@@ -41,7 +41,7 @@ typedef struct Lanes {
     int32_t step[LANES], looks[LANES], through[LANES];
     Real t[LANES], length[LANES], density[LANES], depth[LANES], p[3][LANES];
     int32_t low[3][LANES], more[3][LANES];
-    Real share[LANES][8], cell[NPH_TPM_FIELDS][LANES], mixed[LANES][NPH_TPM_FIELDS];
+    Real share[LANES][8];
     Real behind[3][LANES];
     Real *out[LANES];
 } Lanes;
@@ -55,6 +55,8 @@ typedef struct Sight {
     void *user;
     Rays rays;
     Lanes lanes;
+    int32_t at[LANES];                  /* where a lane's cell begins, in numbers */
+    Real cells[LANES * NPH_TPM_FIELDS]; /* what J holds where the lanes are */
 } Sight;
 
 /* Periodic, linear between its points. */
@@ -97,7 +99,7 @@ static void tell_step(const Sight *s) {
     char text[256];
     if (!(l->depth[0] > R(0.0))) return;
     snprintf(text, sizeof text, "  after %.9g m: density %.6g, sun %.6g (g %.4g), sky %.6g, transmittance %.6g", (double)l->t[0],
-             (double)l->density[0], (double)l->cell[NPH_TPM_I_SUN][0], (double)l->cell[NPH_TPM_I_G][0], (double)l->cell[NPH_TPM_I_SKY][0],
+             (double)l->density[0], (double)s->cells[NPH_TPM_I_SUN], (double)s->cells[NPH_TPM_I_G], (double)s->cells[NPH_TPM_I_SKY],
              (double)l->T[0]);
     s->line(s->user, text);
 }
@@ -203,12 +205,13 @@ R_INLINE void mix_cells(const Real *restrict fine, const int64_t at[8], const Re
 }
 
 /* What J holds there: lane by lane, since a cell's fields lie together. */
-R_OUTLINE void read_cells(Lanes *restrict l, const int32_t n[3], const Real *restrict fine, int alive) {
+R_OUTLINE void read_cells(const Lanes *restrict l, const int32_t n[3], const Real *restrict fine, int alive, Real *restrict cells) {
     enum { LAST = NPH_TPM_FIELDS - WIDE };
     const int64_t line = n[0], plane = line * n[1];
     for (int i = 0; i < alive; i++) {
         int64_t at[8];
-        if (!l->looks[i]) continue;
+        Real *cell = cells + i * NPH_TPM_FIELDS;
+        if (!(l->depth[i] > R(0.0))) continue;
         int64_t right = l->more[0][i] * NPH_TPM_FIELDS, below = l->more[1][i] * line * NPH_TPM_FIELDS;
         int64_t behind = l->more[2][i] * plane * NPH_TPM_FIELDS;
         at[0] = ((int64_t)l->low[2][i] * plane + (int64_t)l->low[1][i] * line + (int64_t)l->low[0][i]) * NPH_TPM_FIELDS;
@@ -216,31 +219,29 @@ R_OUTLINE void read_cells(Lanes *restrict l, const int32_t n[3], const Real *res
         at[2] = at[0] + below;
         at[3] = at[1] + below;
         for (int k = 0; k < 4; k++) at[4 + k] = at[k] + behind;
-        mix_cells(fine, at, l->share[i], l->mixed[i]);
-        mix_cells(fine + LAST, at, l->share[i], l->mixed[i] + LAST);
+        mix_cells(fine, at, l->share[i], cell);
+        mix_cells(fine + LAST, at, l->share[i], cell + LAST);
     }
-    for (int i = 0; i < alive; i++)
-        for (int v = 0; v < NPH_TPM_FIELDS; v++) l->cell[v][i] = l->mixed[i][v];
 }
 
 /* Light that the step sends to the sensor; nothing where there is no depth. Then the ray goes on, or has no way left. */
-R_INLINE void gather(Lanes *restrict l, const RMedium *restrict medium, Real exit, int alive, int sky_lobe) {
+R_INLINE void gather(Lanes *restrict l, const RMedium *restrict medium, const Real *restrict cells, const int32_t *restrict at, Real exit, int alive, int sky_lobe) {
     const Real albedo[3] = {medium->albedo[0], medium->albedo[1], medium->albedo[2]};
     const Real g = medium->phase.kind == NPH_PHASE_HG ? medium->phase.g0 : R(0.0), even = lobe(R(0.0), R(0.0));
     int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         Real part = -r_expm1(-l->depth[i]), T = l->T[i];
-        Real sun = lobe(g * l->cell[NPH_TPM_I_G][i], l->cosine[NPH_TPM_SUN][i]);
-        Real sky = sky_lobe ? lobe(g * l->cell[NPH_TPM_I_SKY_G][i], l->cosine[NPH_TPM_SKY][i]) : even;
+        Real sun = lobe(g * cells[at[i] + NPH_TPM_I_G], l->cosine[NPH_TPM_SUN][i]);
+        Real sky = sky_lobe ? lobe(g * cells[at[i] + NPH_TPM_I_SKY_G], l->cosine[NPH_TPM_SKY][i]) : even;
         Real from_sun[3], from_sky[3], left = T * (R(1.0) - part);
         for (int c = 0; c < 3; c++) {
             Real share = T * part * albedo[c];
-            from_sun[c] = share * sun * l->cell[NPH_TPM_I_SUN + c][i];
-            from_sky[c] = share * sky * l->cell[NPH_TPM_I_SKY + c][i];
+            from_sun[c] = share * sun * cells[at[i] + NPH_TPM_I_SUN + c];
+            from_sky[c] = share * sky * cells[at[i] + NPH_TPM_I_SKY + c];
             l->light[c][i] += from_sun[c] + from_sky[c];
         }
-        l->order[i] += (l->cell[NPH_TPM_I_DEPTH][i] + R(1.0)) * r_luminance(from_sun) +
-                       (l->cell[NPH_TPM_I_SKY_DEPTH][i] + R(1.0)) * r_luminance(from_sky);
+        l->order[i] += (cells[at[i] + NPH_TPM_I_DEPTH] + R(1.0)) * r_luminance(from_sun) +
+                       (cells[at[i] + NPH_TPM_I_SKY_DEPTH] + R(1.0)) * r_luminance(from_sky);
         l->collided[i] += T * part;
         l->distance[i] += T * part * (l->start[i] + l->t[i]);
         l->T[i] = left;
@@ -249,9 +250,13 @@ R_INLINE void gather(Lanes *restrict l, const RMedium *restrict medium, Real exi
     }
 }
 
-R_OUTLINE void gather_even(Lanes *restrict l, const RMedium *restrict medium, Real exit, int alive) { gather(l, medium, exit, alive, 0); }
+R_OUTLINE void gather_even(Lanes *restrict l, const RMedium *restrict medium, const Real *restrict cells, const int32_t *restrict at, Real exit, int alive) {
+    gather(l, medium, cells, at, exit, alive, 0);
+}
 
-R_OUTLINE void gather_lobes(Lanes *restrict l, const RMedium *restrict medium, Real exit, int alive) { gather(l, medium, exit, alive, 1); }
+R_OUTLINE void gather_lobes(Lanes *restrict l, const RMedium *restrict medium, const Real *restrict cells, const int32_t *restrict at, Real exit, int alive) {
+    gather(l, medium, cells, at, exit, alive, 1);
+}
 
 /* What is the same for the rays of a row of pixels. */
 typedef struct Row {
@@ -460,8 +465,8 @@ static void step_rays(Sight *s, const March *march) {
     if (medium->shape == NPH_SHAPE_GRID) look_grid(l, march, &medium->grid, medium->grid.brick_index, medium->grid.values, s->alive);
     else look_box(l, march, s->alive);
     find_cells(l, &scene->fine, s->alive);
-    read_cells(l, scene->fine.n, s->fine, s->alive);
-    (s->sky_lobe ? gather_lobes : gather_even)(l, medium, scene->exit, s->alive);
+    read_cells(l, scene->fine.n, s->fine, s->alive, s->cells);
+    (s->sky_lobe ? gather_lobes : gather_even)(l, medium, s->cells, s->at, scene->exit, s->alive);
     if (s->line) tell_step(s);
 }
 
@@ -489,6 +494,7 @@ void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sa
     const RTpmScene *scene = memory;
     Sight sight = {.scene = scene, .fine = fine, .sky_lobe = has_lobe(scene, NPH_TPM_SKY)};
     const March march = march_of(scene);
+    for (int i = 0; i < LANES; i++) sight.at[i] = i * NPH_TPM_FIELDS;
     Rays *rays = &sight.rays;
     Real *out = (Real *)picture + (int64_t)first * scene->small[0] * NPH_SAMPLE_FIELDS;
     for (int x = 0, y = first;;) {
@@ -510,6 +516,7 @@ void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t s
     const RTpmScene *scene = memory;
     Sight sight = {.scene = scene, .fine = fine, .sky_lobe = has_lobe(scene, NPH_TPM_SKY), .line = line, .user = user};
     const March march = march_of(scene);
+    for (int i = 0; i < LANES; i++) sight.at[i] = i * NPH_TPM_FIELDS;
     Real out[NPH_SAMPLE_FIELDS];
     char text[256];
     begin_rays(&sight, scene->half ? pixel[0] / 2 : pixel[0], scene->half ? pixel[1] / 2 : pixel[1], sample, 1);
