@@ -41,7 +41,7 @@ typedef struct Lanes {
     int32_t step[LANES], looks[LANES], through[LANES];
     Real t[LANES], length[LANES], density[LANES], depth[LANES], p[3][LANES];
     int32_t low[3][LANES], more[3][LANES];
-    Real share[LANES][8];
+    Real share[8][LANES];
     Real behind[3][LANES];
     Real *out[LANES];
 } Lanes;
@@ -182,14 +182,14 @@ R_OUTLINE void find_cells(Lanes *restrict l, const RTpmGrid *restrict grid, int 
         l->more[2][i] = z.more;
         Real s00 = (R(1.0) - x.part) * (R(1.0) - y.part), s10 = x.part * (R(1.0) - y.part), s01 = (R(1.0) - x.part) * y.part;
         Real s11 = x.part * y.part;
-        l->share[i][0] = s00 * (R(1.0) - z.part);
-        l->share[i][1] = s10 * (R(1.0) - z.part);
-        l->share[i][2] = s01 * (R(1.0) - z.part);
-        l->share[i][3] = s11 * (R(1.0) - z.part);
-        l->share[i][4] = s00 * z.part;
-        l->share[i][5] = s10 * z.part;
-        l->share[i][6] = s01 * z.part;
-        l->share[i][7] = s11 * z.part;
+        l->share[0][i] = s00 * (R(1.0) - z.part);
+        l->share[1][i] = s10 * (R(1.0) - z.part);
+        l->share[2][i] = s01 * (R(1.0) - z.part);
+        l->share[3][i] = s11 * (R(1.0) - z.part);
+        l->share[4][i] = s00 * z.part;
+        l->share[5][i] = s10 * z.part;
+        l->share[6][i] = s01 * z.part;
+        l->share[7][i] = s11 * z.part;
     }
 }
 
@@ -210,7 +210,7 @@ R_OUTLINE void read_cells(const Lanes *restrict l, const int32_t n[3], const Rea
     const int64_t line = n[0], plane = line * n[1];
     for (int i = 0; i < alive; i++) {
         int64_t at[8];
-        Real *cell = cells + i * NPH_TPM_FIELDS;
+        Real share[8], *cell = cells + i * NPH_TPM_FIELDS;
         if (!(l->depth[i] > R(0.0))) continue;
         int64_t right = l->more[0][i] * NPH_TPM_FIELDS, below = l->more[1][i] * line * NPH_TPM_FIELDS;
         int64_t behind = l->more[2][i] * plane * NPH_TPM_FIELDS;
@@ -219,8 +219,9 @@ R_OUTLINE void read_cells(const Lanes *restrict l, const int32_t n[3], const Rea
         at[2] = at[0] + below;
         at[3] = at[1] + below;
         for (int k = 0; k < 4; k++) at[4 + k] = at[k] + behind;
-        mix_cells(fine, at, l->share[i], cell);
-        mix_cells(fine + LAST, at, l->share[i], cell + LAST);
+        for (int k = 0; k < 8; k++) share[k] = l->share[k][i];
+        mix_cells(fine, at, share, cell);
+        mix_cells(fine + LAST, at, share, cell + LAST);
     }
 }
 
