@@ -92,8 +92,8 @@ static void print_stages(const SceneBench *bench) {
 }
 
 static void print_text(const BenchCommand *bench) {
-    printf("machine   %.3g Gflop/s f32, %.3g Gflop/s f64, %.3g GB/s; %d threads, %s\n", 1e-9 * bench->machine.flops_f32,
-           1e-9 * bench->machine.flops_f64, 1e-9 * bench->machine.bytes_per_second, bench->threads,
+    printf("machine   %.3g Gflop/s f32, %.3g Gflop/s f64, %.3g GB/s, %.3g G gathers/s; %d threads, %s\n", 1e-9 * bench->machine.flops_f32,
+           1e-9 * bench->machine.flops_f64, 1e-9 * bench->machine.bytes_per_second, 1e-9 * bench->machine.gathers_per_second, bench->threads,
            nph_isa_name(nph_context_isa(bench->session.context)));
     for (int i = 0; i < bench->count; i++) {
         const SceneBench *b = &bench->scenes[i];
@@ -123,6 +123,7 @@ static void print_json(const BenchCommand *bench) {
     nph_json_number(&json, "flops_f32_per_s", bench->machine.flops_f32);
     nph_json_number(&json, "flops_f64_per_s", bench->machine.flops_f64);
     nph_json_number(&json, "memory_bytes_per_s", bench->machine.bytes_per_second);
+    nph_json_number(&json, "gathers_per_s", bench->machine.gathers_per_second);
     nph_json_array(&json, "scenes");
     for (int i = 0; i < bench->count; i++) {
         const SceneBench *b = &bench->scenes[i];

@@ -12,8 +12,10 @@ enum { ROUNDS = 5, CALLS = 4000, TRIAD_BLOCK = 1 << 16, TRIAD_BLOCKS = 256 };
 typedef struct Work {
     void (*flops)(void *restrict);
     void (*triad)(void *restrict, const void *restrict, const void *restrict, int64_t);
+    void (*gather)(void *restrict, const void *restrict, const int32_t *restrict);
     char *lanes;                   /* MACHINE_LANES doubles for each worker */
     float *a, *b, *c;
+    int32_t index[MACHINE_LANES];
 } Work;
 
 static NphStatus compute(void *data, int64_t block, int worker) {
@@ -28,6 +30,14 @@ static NphStatus stream(void *data, int64_t block, int worker) {
     int64_t at = block * TRIAD_BLOCK;
     (void)worker;
     work->triad(work->a + at, work->b + at, work->c + at, TRIAD_BLOCK);
+    return NPH_OK;
+}
+
+static NphStatus look_up(void *data, int64_t block, int worker) {
+    Work *work = data;
+    (void)block;
+    for (int i = 0; i < CALLS; i++)
+        work->gather(work->lanes + (size_t)worker * MACHINE_LANES * sizeof(double), work->a, work->index);
     return NPH_OK;
 }
 
@@ -52,8 +62,10 @@ static NphStatus measure(NphContext *context, Work *work, Machine *machine) {
     NPH_KERNEL_PICK(work->flops, nph_machine_flops, isa, 64);
     NPH_TRY(best(context, threads, compute, work, amount, &machine->flops_f64));
     NPH_KERNEL_PICK(work->triad, nph_machine_triad, isa, 32);
-    return best(context, TRIAD_BLOCKS, stream, work, 3.0 * sizeof(float) * TRIAD_BLOCK * TRIAD_BLOCKS,
-                &machine->bytes_per_second);
+    NPH_TRY(best(context, TRIAD_BLOCKS, stream, work, 3.0 * sizeof(float) * TRIAD_BLOCK * TRIAD_BLOCKS, &machine->bytes_per_second));
+    NPH_KERNEL_PICK(work->gather, nph_machine_gather, isa, 32);
+    for (int i = 0; i < MACHINE_LANES; i++) work->index[i] = (int32_t)((uint32_t)i * 2654435761u >> 17); /* below half the table */
+    return best(context, threads, look_up, work, (double)threads * CALLS * MACHINE_LANES * MACHINE_LOOKS, &machine->gathers_per_second);
 }
 
 NphStatus machine_measure(NphContext *context, Machine *machine) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * What the machine itself can do, for `nephos bench` to stand beside: multiplications and additions that depend on
- * nothing but registers, and a triad over arrays far larger than the caches. */
+ * nothing but registers, a triad over arrays far larger than the caches, and numbers from places that lanes choose. */
 #include "core/real.h"
 
 #include "cli/machine.h"
@@ -27,4 +27,17 @@ void NPH_KERNEL(nph_machine_triad)(void *restrict to, const void *restrict from,
     Real *restrict sum = to;
     const Real *restrict b = from, *restrict c = more;
     for (int64_t i = 0; i < count; i++) sum[i] = b[i] + R(0.5) * c[i]; /* vec */
+}
+
+enum { FAR = MACHINE_TABLE / 2 / MACHINE_LOOKS };
+
+void NPH_KERNEL(nph_machine_gather)(void *restrict lanes, const void *restrict table, const int32_t *restrict index) {
+    Real *restrict value = lanes;
+    const Real *restrict from = table;
+    for (int k = 0; k < MACHINE_LANES; k++) { /* vec */
+        int32_t at = index[k];
+        Real sum = (from[at] + from[at + FAR]) + (from[at + 2 * FAR] + from[at + 3 * FAR]);
+        sum += (from[at + 4 * FAR] + from[at + 5 * FAR]) + (from[at + 6 * FAR] + from[at + 7 * FAR]);
+        value[k] = sum;
+    }
 }

@@ -22,28 +22,41 @@ void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *view, const voi
 
 enum { LANES = 64 };
 
+/* Rays of neighbouring pixels that begin next: in the medium's space, and what is behind the medium. */
+typedef struct Rays {
+    Real o[3][LANES], d[3][LANES], near[LANES], far[LANES], jump[LANES];
+    Real start[LANES], cosine[NPH_TPM_KINDS][LANES], behind[3][LANES];
+    Real way[3][LANES], pdf[LANES]; /* scene-local */
+    int32_t inside[LANES], seen[LANES];
+    int next, count;
+} Rays;
+
 /* Rays on their way, and the step that each of them is at: all go on together, step by step, and where one is through the last one takes
- * its lane, and then another pixel's. Lanes without a ray take part in the arithmetic: they begin as zeros. */
+ * its lane, and then another pixel's. Lanes without a ray take part in the arithmetic: they begin as zeros, and then have no end. */
 typedef struct Lanes {
     Real o[3][LANES], d[3][LANES], near[LANES], far[LANES]; /* in the medium's space */
+    Real jump[LANES];                                       /* steps per majorant cell along the fastest axis, a little less */
     Real start[LANES], cosine[NPH_TPM_KINDS][LANES];
     Real T[LANES], light[3][LANES], collided[LANES], distance[LANES], order[LANES];
     int32_t step[LANES], looks[LANES], through[LANES];
     Real t[LANES], length[LANES], density[LANES], depth[LANES], p[3][LANES];
     int32_t low[3][LANES], more[3][LANES];
-    Real share[8][LANES], cell[NPH_TPM_FIELDS][LANES];
-    Real way[3][LANES], pdf[LANES];                          /* scene-local, of what is behind */
+    Real share[8][LANES];
+    Real behind[3][LANES];
     Real *out[LANES];
 } Lanes;
 
 typedef struct Sight {
     const RTpmScene *scene;
     const Real *fine;
-    int alive;
+    int alive, sky_lobe;
     int64_t steps;
     NphLineFn line; /* NULL: nobody looks */
     void *user;
+    Rays rays;
     Lanes lanes;
+    int32_t at[LANES];                  /* where a lane's cell begins, in numbers */
+    Real cells[LANES * NPH_TPM_FIELDS]; /* what J holds where the lanes are */
 } Sight;
 
 /* Periodic, linear between its points. */
@@ -86,7 +99,7 @@ static void tell_step(const Sight *s) {
     char text[256];
     if (!(l->depth[0] > R(0.0))) return;
     snprintf(text, sizeof text, "  after %.9g m: density %.6g, sun %.6g (g %.4g), sky %.6g, transmittance %.6g", (double)l->t[0],
-             (double)l->density[0], (double)l->cell[NPH_TPM_I_SUN][0], (double)l->cell[NPH_TPM_I_G][0], (double)l->cell[NPH_TPM_I_SKY][0],
+             (double)l->density[0], (double)s->cells[NPH_TPM_I_SUN], (double)s->cells[NPH_TPM_I_G], (double)s->cells[NPH_TPM_I_SKY],
              (double)l->T[0]);
     s->line(s->user, text);
 }
@@ -99,11 +112,12 @@ typedef struct March {
     Real majorants_per_unit;
 } March;
 
-/* Every ray to its next step, or on to where density may be: an empty majorant cell tells how many cells around it are empty too, and so
- * how many steps are nothing. */
-R_OUTLINE void advance(Lanes *restrict l, const March *restrict from, const float *restrict majorant, int alive) {
+/* Every ray on to where density may be: an empty majorant cell tells how many cells around it are empty too, and so how many steps are
+ * nothing. A ray that is there stays. Returns how many are, and 65536 times those that are through. */
+R_OUTLINE int32_t advance(Lanes *restrict l, const March *restrict from, const float *restrict majorant, int alive) {
     const March m = *from;
     int count = r_whole_vectors(alive);
+    int32_t told = 0;
     for (int i = 0; i < count; i++) { /* vec */
         Real begin = l->near[i] + (Real)l->step[i] * m.step, end = r_min(begin + m.step, l->far[i]), t = R(0.5) * (begin + end);
         int32_t on = begin < end ? 1 : 0;
@@ -114,19 +128,19 @@ R_OUTLINE void advance(Lanes *restrict l, const March *restrict from, const floa
         c1 = c1 < m.majorants[1] ? c1 : m.majorants[1] - 1;
         c2 = c2 < m.majorants[2] ? c2 : m.majorants[2] - 1;
         Real around = (Real)-majorant[(c2 * m.majorants[1] + c1) * m.majorants[0] + c0];
-        Real speed = r_max(r_abs(l->d[0][i]), r_max(r_abs(l->d[1][i]), r_abs(l->d[2][i])));
-        Real free = R(4.0) * (around - R(1.0)) / r_max(speed * m.step, R(1e-12));
-        int32_t empty = around > R(0.0) ? 1 : 0;
-        int32_t more = (int32_t)r_min(r_max(free * R(0.9999), R(0.0)), R(1e6));
+        int32_t empty = around > R(0.0) ? 1 : 0, looks = on & (empty ^ 1);
+        int32_t more = (int32_t)r_min(r_max((around - R(1.0)) * l->jump[i], R(0.0)), R(1e6));
         l->t[i] = t;
         l->length[i] = end - begin;
         l->p[0][i] = x;
         l->p[1][i] = y;
         l->p[2][i] = z;
-        l->looks[i] = on & (empty ^ 1);
+        l->looks[i] = looks;
         l->through[i] = on ^ 1;
-        l->step[i] += on * (1 + empty * more); /* lanes that are through, or hold no ray, stay */
+        l->step[i] += (on & empty) * (1 + more);
+        told += looks + ((on ^ 1) << 16);
     }
+    return told;
 }
 
 /* The optical depth of every step. */
@@ -179,70 +193,176 @@ R_OUTLINE void find_cells(Lanes *restrict l, const RTpmGrid *restrict grid, int 
     }
 }
 
-/* The fields of eight cells, each with its share. */
-R_OUTLINE void mix_cells(const Real *restrict fine, const int64_t at[8], const Real *restrict share, Real *restrict cell) {
+enum { WIDE = 8 }; /* fields that are mixed at once: the first and, again, the last */
+
+/* The mean of eight cells. */
+R_INLINE void mix_cells(const Real *restrict fine, const int64_t at[8], const Real share[8], Real *restrict cell) {
     const Real *a = fine + at[0], *b = fine + at[1], *c = fine + at[2], *d = fine + at[3], *e = fine + at[4], *f = fine + at[5];
     const Real *g = fine + at[6], *h = fine + at[7];
-    for (int v = 0; v < 8; v++) /* vec */
-        cell[v] = share[0] * a[v] + share[1] * b[v] + share[2] * c[v] + share[3] * d[v] + share[4] * e[v] + share[5] * f[v] +
-                  share[6] * g[v] + share[7] * h[v];
-    for (int v = 8; v < NPH_TPM_FIELDS; v++)
+    for (int v = 0; v < WIDE; v++) /* vec */
         cell[v] = share[0] * a[v] + share[1] * b[v] + share[2] * c[v] + share[3] * d[v] + share[4] * e[v] + share[5] * f[v] +
                   share[6] * g[v] + share[7] * h[v];
 }
 
 /* What J holds there: lane by lane, since a cell's fields lie together. */
-static void read_cells(Sight *s) {
-    const RTpmGrid *grid = &s->scene->fine;
-    Lanes *l = &s->lanes;
-    int64_t line = grid->n[0], plane = line * grid->n[1];
-    for (int i = 0; i < s->alive; i++) {
-        Real cell[NPH_TPM_FIELDS] = {R(0.0)}, share[8];
+R_OUTLINE void read_cells(const Lanes *restrict l, const int32_t n[3], const Real *restrict fine, int alive, Real *restrict cells) {
+    enum { LAST = NPH_TPM_FIELDS - WIDE };
+    const int64_t line = n[0], plane = line * n[1];
+    for (int i = 0; i < alive; i++) {
         int64_t at[8];
-        if (l->depth[i] > R(0.0)) {
-            int64_t right = l->more[0][i], below = l->more[1][i] * line, behind = l->more[2][i] * plane;
-            int64_t first = r_tpm_cell(grid->n, l->low[0][i], l->low[1][i], l->low[2][i]);
-            for (int k = 0; k < 8; k++) {
-                at[k] = (first + (k & 1) * right + (k >> 1 & 1) * below + (k >> 2) * behind) * NPH_TPM_FIELDS;
-                share[k] = l->share[k][i];
-            }
-            mix_cells(s->fine, at, share, cell);
-        }
-        for (int v = 0; v < NPH_TPM_FIELDS; v++) l->cell[v][i] = cell[v];
+        Real share[8], *cell = cells + i * NPH_TPM_FIELDS;
+        if (!(l->depth[i] > R(0.0))) continue;
+        int64_t right = l->more[0][i] * NPH_TPM_FIELDS, below = l->more[1][i] * line * NPH_TPM_FIELDS;
+        int64_t behind = l->more[2][i] * plane * NPH_TPM_FIELDS;
+        at[0] = ((int64_t)l->low[2][i] * plane + (int64_t)l->low[1][i] * line + (int64_t)l->low[0][i]) * NPH_TPM_FIELDS;
+        at[1] = at[0] + right;
+        at[2] = at[0] + below;
+        at[3] = at[1] + below;
+        for (int k = 0; k < 4; k++) at[4 + k] = at[k] + behind;
+        for (int k = 0; k < 8; k++) share[k] = l->share[k][i];
+        mix_cells(fine, at, share, cell);
+        mix_cells(fine + LAST, at, share, cell + LAST);
     }
 }
 
-/* Light that the step sends to the sensor; nothing where there is no depth. */
-R_OUTLINE void gather(Lanes *restrict l, const RMedium *restrict medium, int alive) {
+/* Light that the step sends to the sensor; nothing where there is no depth. Then the ray goes on, or has no way left. */
+R_INLINE void gather(Lanes *restrict l, const RMedium *restrict medium, const Real *restrict cells, const int32_t *restrict at, Real exit, int alive, int sky_lobe) {
     const Real albedo[3] = {medium->albedo[0], medium->albedo[1], medium->albedo[2]};
-    const Real g = medium->phase.kind == NPH_PHASE_HG ? medium->phase.g0 : R(0.0);
+    const Real g = medium->phase.kind == NPH_PHASE_HG ? medium->phase.g0 : R(0.0), even = lobe(R(0.0), R(0.0));
     int count = r_whole_vectors(alive);
     for (int i = 0; i < count; i++) { /* vec */
         Real part = -r_expm1(-l->depth[i]), T = l->T[i];
-        Real sun = lobe(g * l->cell[NPH_TPM_I_G][i], l->cosine[NPH_TPM_SUN][i]);
-        Real sky = lobe(g * l->cell[NPH_TPM_I_SKY_G][i], l->cosine[NPH_TPM_SKY][i]);
-        Real from_sun[3], from_sky[3];
+        Real sun = lobe(g * cells[at[i] + NPH_TPM_I_G], l->cosine[NPH_TPM_SUN][i]);
+        Real sky = sky_lobe ? lobe(g * cells[at[i] + NPH_TPM_I_SKY_G], l->cosine[NPH_TPM_SKY][i]) : even;
+        Real from_sun[3], from_sky[3], left = T * (R(1.0) - part);
         for (int c = 0; c < 3; c++) {
             Real share = T * part * albedo[c];
-            from_sun[c] = share * sun * l->cell[NPH_TPM_I_SUN + c][i];
-            from_sky[c] = share * sky * l->cell[NPH_TPM_I_SKY + c][i];
+            from_sun[c] = share * sun * cells[at[i] + NPH_TPM_I_SUN + c];
+            from_sky[c] = share * sky * cells[at[i] + NPH_TPM_I_SKY + c];
             l->light[c][i] += from_sun[c] + from_sky[c];
         }
-        l->order[i] += (l->cell[NPH_TPM_I_DEPTH][i] + R(1.0)) * r_luminance(from_sun) +
-                       (l->cell[NPH_TPM_I_SKY_DEPTH][i] + R(1.0)) * r_luminance(from_sky);
+        l->order[i] += (cells[at[i] + NPH_TPM_I_DEPTH] + R(1.0)) * r_luminance(from_sun) +
+                       (cells[at[i] + NPH_TPM_I_SKY_DEPTH] + R(1.0)) * r_luminance(from_sky);
         l->collided[i] += T * part;
         l->distance[i] += T * part * (l->start[i] + l->t[i]);
-        l->T[i] = T * (R(1.0) - part);
+        l->T[i] = left;
+        l->step[i] += l->looks[i];
+        l->far[i] = left < exit ? R(-1.0) : l->far[i];
     }
 }
 
+R_OUTLINE void gather_even(Lanes *restrict l, const RMedium *restrict medium, const Real *restrict cells, const int32_t *restrict at, Real exit, int alive) {
+    gather(l, medium, cells, at, exit, alive, 0);
+}
+
+R_OUTLINE void gather_lobes(Lanes *restrict l, const RMedium *restrict medium, const Real *restrict cells, const int32_t *restrict at, Real exit, int alive) {
+    gather(l, medium, cells, at, exit, alive, 1);
+}
+
+/* What is the same for the rays of a row of pixels. */
+typedef struct Row {
+    int x, y, half, width, height, medium;
+    uint32_t sample, seed;
+    double perspective;
+    Real step, towards[NPH_TPM_KINDS][3];
+} Row;
+
+/* The pixel of the sensor that a pixel of the small picture looks through; of two by two it is drawn with the sample's own words. */
+R_INLINE void pixel_of(const Row *row, int i, int32_t *x, int32_t *y) {
+    NphWords words = nph_philox(row->seed, (uint32_t)NPH_RNG_TPM_PIXEL << 24, (uint32_t)(row->x + i), (uint32_t)row->y, row->sample, 0);
+    int32_t u = 2 * (row->x + i) + (int32_t)(words.w0 >> 31), v = 2 * row->y + (int32_t)(words.w1 >> 31);
+    u = u < row->width ? u : row->width - 1;
+    v = v < row->height ? v : row->height - 1;
+    *x = row->half ? u : row->x + i;
+    *y = row->half ? v : row->y;
+}
+
+R_INLINE void put_ray(Rays *restrict rays, int i, const Row *row, const RMedium *medium, const RCameraRay *ray) {
+    RSpan span = r_clip(medium, ray->p, ray->d, R_HUGE);
+    for (int a = 0; a < 3; a++) {
+        rays->o[a][i] = span.o[a];
+        rays->d[a][i] = span.d[a];
+        rays->way[a][i] = ray->d[a];
+    }
+    for (int k = 0; k < NPH_TPM_KINDS; k++)
+        rays->cosine[k][i] = -(ray->d[0] * row->towards[k][0] + ray->d[1] * row->towards[k][1] + ray->d[2] * row->towards[k][2]);
+    Real speed = r_max(r_abs(span.d[0]), r_max(r_abs(span.d[1]), r_abs(span.d[2])));
+    rays->jump[i] = R(3.9996) / r_max(speed * row->step, R(1e-12));
+    rays->near[i] = span.near;
+    rays->far[i] = span.far;
+    rays->start[i] = ray->start;
+    rays->pdf[i] = ray->pdf;
+    rays->inside[i] = span.inside & row->medium;
+    rays->seen[i] = ray->weight > R(0.0) ? 1 : 0;
+}
+
+/* Of cameras whose rays are straight: pinhole, parallel. */
+R_OUTLINE void aim_plain(Rays *restrict rays, const RScene *restrict local, const RMedium *restrict medium, const Row *restrict from, int count) {
+    const Row row = *from;
+    int whole = r_whole_vectors(count);
+    for (int i = 0; i < whole; i++) { /* vec */
+        int32_t x, y;
+        pixel_of(&row, i, &x, &y);
+        RStream stream = r_stream(local, NPH_RNG_GENERATE, (uint32_t)y * (uint32_t)row.width + (uint32_t)x, row.sample, 0);
+        RCameraRay ray = r_camera_plain(local, x, y, r_words(&stream, 0), row.perspective, 0);
+        put_ray(rays, i, &row, medium, &ray);
+    }
+}
+
+static void aim(Rays *rays, const RTpmScene *scene, const Row *row, int count) {
+    const RScene *local = &scene->local;
+    if (local->sensor.kind != NPH_SENSOR_FISHEYE) {
+        aim_plain(rays, local, &scene->medium, row, count);
+        return;
+    }
+    for (int i = 0; i < count; i++) {
+        int32_t x, y;
+        RCameraRay ray;
+        pixel_of(row, i, &x, &y);
+        RStream stream = r_stream(local, NPH_RNG_GENERATE, (uint32_t)y * (uint32_t)row->width + (uint32_t)x, row->sample, 0);
+        r_camera_ray(local, x, y, &stream, &ray);
+        put_ray(rays, i, row, &scene->medium, &ray);
+    }
+}
+
+/* The same from everywhere: then one look is enough. */
+static int even_behind(const RScene *local) {
+    int even = 1;
+    for (int l = 0; l < local->light_count; l++) {
+        const RLight *light = &local->lights[l];
+        even &= !r_light_is_met(light) || (light->kind == NPH_LIGHT_CONSTANT && light->hemisphere == 0);
+    }
+    return even;
+}
+
+/* Rays of up to LANES pixels from (x, y) of the small picture on. */
+static void begin_rays(Sight *s, int x, int y, uint32_t sample, int count) {
+    const RTpmScene *scene = s->scene;
+    const RScene *local = &scene->local;
+    Rays *rays = &s->rays;
+    int even = even_behind(local);
+    Real radiance[3];
+    Row row = {.x = x, .y = y, .half = scene->half, .width = local->width, .height = local->height, .medium = local->medium_count > 0,
+               .sample = sample, .seed = local->seed, .perspective = local->sensor.kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0, .step = scene->step};
+    for (int k = 0; k < NPH_TPM_KINDS; k++)
+        for (int a = 0; a < 3; a++) row.towards[k][a] = scene->towards[k][a];
+    aim(rays, scene, &row, count);
+    for (int i = 0; i < count; i++) {
+        Real d[3] = {rays->way[0][i], rays->way[1][i], rays->way[2][i]};
+        if (i == 0 || !even)
+            for (int c = 0; c < 3; c++) radiance[c] = R(0.0);
+        if (!scene->impostor && (i == 0 || !even)) r_lights_at_infinity(local, d, rays->pdf[i], radiance);
+        for (int c = 0; c < 3; c++) rays->behind[c][i] = radiance[c];
+    }
+    rays->next = 0;
+    rays->count = count;
+}
+
 /* What is behind joins. */
-static void end_ray(Sight *s, int i) {
-    const Lanes *l = &s->lanes;
-    Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3] = {l->way[0][i], l->way[1][i], l->way[2][i]}, *out = l->out[i];
-    if (!s->scene->impostor) r_lights_at_infinity(&s->scene->local, d, l->pdf[i], radiance);
+static void end_ray(Lanes *l, int i) {
+    Real *out = l->out[i];
     for (int c = 0; c < 3; c++) {
-        out[NPH_SAMPLE_L0 + c] = l->light[c][i] + l->T[i] * radiance[c];
+        out[NPH_SAMPLE_L0 + c] = l->light[c][i] + l->T[i] * l->behind[c][i];
         out[NPH_SAMPLE_T0 + c] = l->T[i];
     }
     out[NPH_SAMPLE_DISTANCE] = l->distance[i];
@@ -251,66 +371,93 @@ static void end_ray(Sight *s, int i) {
 }
 
 /* A ray takes the lane after the last, unless it meets nothing and is over at once. */
-static void begin_ray(Sight *s, int x, int y, uint32_t sample, Real *out) {
-    const RTpmScene *scene = s->scene;
-    RStream stream = r_stream(&scene->local, NPH_RNG_GENERATE, (uint32_t)y * (uint32_t)scene->local.width + (uint32_t)x, sample, 0);
+static void take_ray(Sight *s, int k, Real *out) {
+    const Rays *rays = &s->rays;
     Lanes *l = &s->lanes;
-    RCameraRay ray;
-    RSpan span = {.inside = 0};
     int i = s->alive;
-    r_camera_ray(&scene->local, x, y, &stream, &ray);
-    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
-    if (!(ray.weight > R(0.0))) return;
+    if (!rays->inside[k] || !rays->seen[k]) {
+        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
+        for (int c = 0; c < 3 && rays->seen[k]; c++) {
+            out[NPH_SAMPLE_L0 + c] = rays->behind[c][k];
+            out[NPH_SAMPLE_T0 + c] = R(1.0);
+        }
+        return;
+    }
+    s->alive++;
     l->out[i] = out;
-    l->pdf[i] = ray.pdf;
-    l->start[i] = ray.start;
     l->T[i] = R(1.0);
     l->collided[i] = l->distance[i] = l->order[i] = R(0.0);
-    for (int c = 0; c < 3; c++) l->light[c][i] = R(0.0);
-    for (int k = 0; k < NPH_TPM_KINDS; k++) {
-        const Real *towards = scene->towards[k];
-        l->cosine[k][i] = -(ray.d[0] * towards[0] + ray.d[1] * towards[1] + ray.d[2] * towards[2]);
-    }
-    if (scene->local.medium_count > 0) span = r_clip(&scene->medium, ray.p, ray.d, R_HUGE);
     for (int a = 0; a < 3; a++) {
-        l->way[a][i] = ray.d[a];
-        l->o[a][i] = span.o[a];
-        l->d[a][i] = span.d[a];
+        l->o[a][i] = rays->o[a][k];
+        l->d[a][i] = rays->d[a][k];
+        l->light[a][i] = R(0.0);
+        l->behind[a][i] = rays->behind[a][k];
     }
-    l->near[i] = span.near;
-    l->far[i] = span.far;
+    for (int m = 0; m < NPH_TPM_KINDS; m++) l->cosine[m][i] = rays->cosine[m][k];
+    l->near[i] = rays->near[k];
+    l->far[i] = rays->far[k];
+    l->jump[i] = rays->jump[k];
+    l->start[i] = rays->start[k];
     l->step[i] = 0;
-    if (span.inside) s->alive++;
-    else end_ray(s, i);
 }
 
+/* The last ray takes the lane of one that is through. */
 static void move_ray(Lanes *l, int to, int from) {
     for (int a = 0; a < 3; a++) {
         l->o[a][to] = l->o[a][from];
         l->d[a][to] = l->d[a][from];
-        l->way[a][to] = l->way[a][from];
+        l->p[a][to] = l->p[a][from];
         l->light[a][to] = l->light[a][from];
+        l->behind[a][to] = l->behind[a][from];
     }
     for (int k = 0; k < NPH_TPM_KINDS; k++) l->cosine[k][to] = l->cosine[k][from];
     l->near[to] = l->near[from];
     l->far[to] = l->far[from];
+    l->jump[to] = l->jump[from];
     l->start[to] = l->start[from];
     l->T[to] = l->T[from];
     l->collided[to] = l->collided[from];
     l->distance[to] = l->distance[from];
     l->order[to] = l->order[from];
     l->step[to] = l->step[from];
+    l->t[to] = l->t[from];
+    l->length[to] = l->length[from];
+    l->looks[to] = l->looks[from];
     l->through[to] = l->through[from];
-    l->pdf[to] = l->pdf[from];
     l->out[to] = l->out[from];
+    l->far[from] = R(-1.0);
+    l->looks[from] = 0;
+}
+
+static void end_rays(Sight *s) {
+    Lanes *l = &s->lanes;
+    for (int i = 0; i < s->alive;) {
+        if (!l->through[i]) {
+            i++;
+            continue;
+        }
+        end_ray(l, i);
+        move_ray(l, i, --s->alive);
+    }
+}
+
+/* Goes on until most rays are where density may be. */
+static void find_steps(Sight *s, const March *march) {
+    int looking = 0;
+    for (int pass = 0; pass < 8 && s->alive > 0 && 8 * looking < 7 * s->alive; pass++) {
+        int32_t told = advance(&s->lanes, march, march->majorant, s->alive);
+        looking = told & 0xffff;
+        if (told >> 16) end_rays(s);
+    }
+    s->steps += looking;
 }
 
 static void step_rays(Sight *s, const March *march) {
     const RTpmScene *scene = s->scene;
     const RMedium *medium = &scene->medium;
     Lanes *l = &s->lanes;
-    advance(l, march, march->majorant, s->alive);
-    for (int i = 0; i < s->alive; i++) s->steps += l->looks[i];
+    find_steps(s, march);
+    if (s->alive == 0) return;
     for (int i = 0; i < s->alive && scene->noise > R(0.0); i++) {
         Real p[3] = {l->p[0][i], l->p[1][i], l->p[2][i]}, q[3];
         detail(scene, p, q);
@@ -319,17 +466,9 @@ static void step_rays(Sight *s, const March *march) {
     if (medium->shape == NPH_SHAPE_GRID) look_grid(l, march, &medium->grid, medium->grid.brick_index, medium->grid.values, s->alive);
     else look_box(l, march, s->alive);
     find_cells(l, &scene->fine, s->alive);
-    read_cells(s);
-    gather(l, medium, s->alive);
+    read_cells(l, scene->fine.n, s->fine, s->alive, s->cells);
+    (s->sky_lobe ? gather_lobes : gather_even)(l, medium, s->cells, s->at, scene->exit, s->alive);
     if (s->line) tell_step(s);
-    for (int i = 0; i < s->alive;) {
-        if (!l->through[i] && !(l->T[i] < scene->exit)) {
-            i++;
-            continue;
-        }
-        end_ray(s, i);
-        move_ray(l, i, --s->alive);
-    }
 }
 
 static March march_of(const RTpmScene *scene) {
@@ -346,65 +485,122 @@ static March march_of(const RTpmScene *scene) {
     return march;
 }
 
-/* A pixel of the small picture; of two by two the ray goes through one, drawn with the sample's own words. */
-static void begin_small(Sight *s, int x, int y, uint32_t sample, Real *out) {
-    const RScene *local = &s->scene->local;
-    if (s->scene->half) {
-        NphWords words = nph_philox(local->seed, (uint32_t)NPH_RNG_TPM_PIXEL << 24, (uint32_t)x, (uint32_t)y, sample, 0);
-        x = 2 * x + (int)(words.w0 >> 31);
-        y = 2 * y + (int)(words.w1 >> 31);
-        x = x < local->width ? x : local->width - 1;
-        y = y < local->height ? y : local->height - 1;
-    }
-    begin_ray(s, x, y, sample, out);
+static int has_lobe(const RTpmScene *scene, int kind) {
+    const Real *towards = scene->towards[kind];
+    return towards[0] * towards[0] + towards[1] * towards[1] + towards[2] * towards[2] > R(0.0);
 }
 
 void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sample, int first, int end, void *picture,
                                int64_t *steps) {
     const RTpmScene *scene = memory;
-    Sight sight = {.scene = scene, .fine = fine};
+    Sight sight = {.scene = scene, .fine = fine, .sky_lobe = has_lobe(scene, NPH_TPM_SKY)};
     const March march = march_of(scene);
-    int64_t next = (int64_t)first * scene->small[0], all = (int64_t)end * scene->small[0];
-    while (next < all || sight.alive > 0) {
-        for (; next < all && sight.alive < LANES; next++)
-            begin_small(&sight, scene->small_origin[0] + (int)(next % scene->small[0]), scene->small_origin[1] + (int)(next / scene->small[0]),
-                        sample, (Real *)picture + next * NPH_SAMPLE_FIELDS);
-        if (sight.alive > 0) step_rays(&sight, &march);
+    for (int i = 0; i < LANES; i++) sight.at[i] = i * NPH_TPM_FIELDS;
+    Rays *rays = &sight.rays;
+    Real *out = (Real *)picture + (int64_t)first * scene->small[0] * NPH_SAMPLE_FIELDS;
+    for (int x = 0, y = first;;) {
+        if (rays->next == rays->count && y < end) {
+            int count = scene->small[0] - x < LANES ? scene->small[0] - x : LANES;
+            begin_rays(&sight, scene->small_origin[0] + x, scene->small_origin[1] + y, sample, count);
+            x = x + count < scene->small[0] ? x + count : 0;
+            y += x == 0;
+        }
+        for (; rays->next < rays->count && sight.alive < LANES; out += NPH_SAMPLE_FIELDS) take_ray(&sight, rays->next++, out);
+        if (rays->next == rays->count && y < end) continue;
+        if (sight.alive == 0) break;
+        step_rays(&sight, &march);
     }
     *steps = sight.steps;
 }
 
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user) {
     const RTpmScene *scene = memory;
-    Sight sight = {.scene = scene, .fine = fine, .line = line, .user = user};
+    Sight sight = {.scene = scene, .fine = fine, .sky_lobe = has_lobe(scene, NPH_TPM_SKY), .line = line, .user = user};
     const March march = march_of(scene);
+    for (int i = 0; i < LANES; i++) sight.at[i] = i * NPH_TPM_FIELDS;
     Real out[NPH_SAMPLE_FIELDS];
     char text[256];
-    begin_small(&sight, scene->half ? pixel[0] / 2 : pixel[0], scene->half ? pixel[1] / 2 : pixel[1], sample, out);
+    begin_rays(&sight, scene->half ? pixel[0] / 2 : pixel[0], scene->half ? pixel[1] / 2 : pixel[1], sample, 1);
+    take_ray(&sight, 0, out);
     while (sight.alive > 0) step_rays(&sight, &march);
     snprintf(text, sizeof text, "result: %.9g %.9g %.9g, transmittance %.9g, %lld steps", (double)out[0], (double)out[1], (double)out[2],
              (double)out[NPH_SAMPLE_T0], (long long)sight.steps);
     line(user, text);
 }
 
-/* Between four pixels of the small picture, which is constant beyond its outermost. */
+/* Between which two pixels of the small picture a place lies, along an axis; it is constant beyond its outermost. */
+R_INLINE Real place_between(const RTpmScene *scene, int a, Real at, int32_t *low, int32_t *high) {
+    Real u = r_clamp(at - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
+    *low = (int32_t)u;
+    *high = *low + 1 < scene->small[a] ? *low + 1 : *low;
+    return u - (Real)*low;
+}
+
+/* The place of a sensor's pixel in the small picture. */
+R_INLINE Real place_of(const RTpmScene *scene, int pixel) {
+    return scene->half ? R(0.5) * ((Real)pixel + R(0.5)) - R(0.5) : (Real)pixel;
+}
+
+/* Between four pixels. */
 static void blend(const RTpmScene *scene, const Real *picture, const Real at[2], Real out[NPH_SAMPLE_FIELDS]) {
     int32_t low[2], high[2];
     int64_t corner[4];
     Real share[2];
-    for (int a = 0; a < 2; a++) {
-        Real u = r_clamp(at[a] - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
-        low[a] = (int32_t)u;
-        high[a] = low[a] + 1 < scene->small[a] ? low[a] + 1 : low[a];
-        share[a] = u - (Real)low[a];
-    }
+    for (int a = 0; a < 2; a++) share[a] = place_between(scene, a, at[a], &low[a], &high[a]);
     for (int k = 0; k < 4; k++)
         corner[k] = ((int64_t)(k >> 1 ? high[1] : low[1]) * scene->small[0] + (k & 1 ? high[0] : low[0])) * NPH_SAMPLE_FIELDS;
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
         const Real *from = picture + f;
-        Real upper = from[corner[0]] + share[0] * (from[corner[1]] - from[corner[0]]);
-        Real lower = from[corner[2]] + share[0] * (from[corner[3]] - from[corner[2]]);
-        out[f] = upper + share[1] * (lower - upper);
+        Real upper = r_grid_mix(from[corner[0]], from[corner[1]], share[0]);
+        Real lower = r_grid_mix(from[corner[2]], from[corner[3]], share[0]);
+        out[f] = r_grid_mix(upper, lower, share[1]);
+    }
+}
+
+enum { SPAN = 128 }; /* pixels of a row that are enlarged together */
+
+/* The same for many pixels: first along x, once for all rows that need it, then along y. */
+typedef struct Enlarged {
+    int32_t low[SPAN], high[SPAN]; /* numbers of the picture's row */
+    Real share[SPAN], row[2][NPH_SAMPLE_FIELDS][SPAN];
+    int32_t number[2]; /* of the two rows of the small picture that are there */
+} Enlarged;
+
+R_OUTLINE void stretch(Real *restrict to, const Real *restrict from, const int32_t *restrict low, const int32_t *restrict high,
+                       const Real *restrict share, int count) {
+    for (int i = 0; i < count; i++) to[i] = r_grid_mix(from[low[i]], from[high[i]], share[i]); /* vec */
+}
+
+R_OUTLINE void mix_rows(Real *restrict to, const Real *restrict upper, const Real *restrict lower, Real share, int count) {
+    for (int i = 0; i < count; i++) to[i] = r_grid_mix(upper[i], lower[i], share); /* vec */
+}
+
+/* The slot of a row; the other one is the row `kept`, which stays. */
+static int stretched(Enlarged *e, const RTpmScene *scene, const Real *picture, int32_t number, int32_t kept, int count) {
+    int slot = e->number[0] == number ? 0 : e->number[1] == number ? 1 : e->number[0] == kept ? 1 : 0;
+    if (e->number[slot] == number) return slot;
+    e->number[slot] = number;
+    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
+        stretch(e->row[slot][f], picture + (int64_t)number * scene->small[0] * NPH_SAMPLE_FIELDS + f, e->low, e->high, e->share, count);
+    return slot;
+}
+
+/* Rows [first, end) of the crop, columns [column, column + count). */
+static void enlarge_span(const RTpmScene *scene, const Real *picture, const int crop[4], int column, int count, int first, int end, Real *image) {
+    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
+    Enlarged e;
+    e.number[0] = e.number[1] = -1;
+    for (int i = 0; i < count; i++) {
+        e.share[i] = place_between(scene, 0, place_of(scene, crop[0] + column + i), &e.low[i], &e.high[i]);
+        e.low[i] *= NPH_SAMPLE_FIELDS;
+        e.high[i] *= NPH_SAMPLE_FIELDS;
+    }
+    for (int row = first; row < end; row++) {
+        int32_t low, high;
+        Real share = place_between(scene, 1, place_of(scene, crop[1] + row), &low, &high);
+        int upper = stretched(&e, scene, picture, low, high, count), lower = stretched(&e, scene, picture, high, low, count);
+        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
+            mix_rows(image + f * pixels + row * width + column, e.row[upper][f], e.row[lower][f], share, count);
     }
 }
 
@@ -466,15 +662,14 @@ static void show_impostor(const RTpmScene *scene, const RTpmScene *view, int sti
 
 void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *seen, const void *picture, const int crop[4], int first, int end, void *image) {
     const RTpmScene *scene = memory, *view = seen;
-    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
-    int still = scene == view || stands_still(scene, view);
-    for (int row = first; row < end; row++)
-        for (int column = 0; column < (int)width; column++) {
-            int x = crop[0] + column, y = crop[1] + row;
+    int width = crop[2] - crop[0], still = scene == view || stands_still(scene, view);
+    int64_t pixels = (int64_t)width * (crop[3] - crop[1]);
+    for (int column = 0; column < width && !scene->impostor; column += SPAN)
+        enlarge_span(scene, picture, crop, column, width - column < SPAN ? width - column : SPAN, first, end, image);
+    for (int row = first; row < end && scene->impostor; row++)
+        for (int column = 0; column < width; column++) {
             Real out[NPH_SAMPLE_FIELDS];
-            Real at[2] = {scene->half ? R(0.5) * ((Real)x + R(0.5)) - R(0.5) : (Real)x, scene->half ? R(0.5) * ((Real)y + R(0.5)) - R(0.5) : (Real)y};
-            if (scene->impostor) show_impostor(scene, view, still, picture, x, y, out);
-            else blend(scene, picture, at, out);
-            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + row * width + column] = out[f];
+            show_impostor(scene, view, still, picture, crop[0] + column, crop[1] + row, out);
+            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + (int64_t)row * width + column] = out[f];
         }
 }
