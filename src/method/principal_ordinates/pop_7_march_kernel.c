@@ -156,33 +156,75 @@ static void end_ray(Sight *s, int i) {
     out[NPH_SAMPLE_COLLIDED * plane] = l->collided[i];
 }
 
-static void begin_ray(Sight *s, int x, int y, uint32_t sample, Real *out) {
-    const RPopScene *scene = s->scene;
-    RStream stream = r_stream(&scene->local, NPH_RNG_GENERATE, (uint32_t)y * (uint32_t)scene->local.width + (uint32_t)x, sample, 0);
+/* Rays as they leave the camera. */
+typedef struct Rays {
+    Real o[3][LANES], d[3][LANES], way[3][LANES], near[LANES], far[LANES], start[LANES], pdf[LANES];
+    int32_t x[LANES], y[LANES], inside[LANES], seen[LANES];
+    uint32_t sample[LANES];
+} Rays;
+
+R_INLINE void put_ray(Rays *rays, int i, const RMedium *medium, int32_t used, const RCameraRay *ray) {
+    RSpan span = r_clip(medium, ray->p, ray->d, R_HUGE);
+    for (int a = 0; a < 3; a++) {
+        rays->o[a][i] = span.o[a];
+        rays->d[a][i] = span.d[a];
+        rays->way[a][i] = ray->d[a];
+    }
+    rays->near[i] = span.near;
+    rays->far[i] = span.far;
+    rays->start[i] = ray->start;
+    rays->pdf[i] = ray->pdf;
+    rays->inside[i] = span.inside & used;
+    rays->seen[i] = ray->weight > R(0.0) ? 1 : 0;
+}
+
+/* Of cameras whose rays are straight: pinhole, parallel. */
+R_OUTLINE void aim_plain(Rays *restrict rays, const RScene *restrict local, const RMedium *restrict medium, double perspective, int32_t used) {
+    for (int i = 0; i < LANES; i++) { /* vec */
+        RStream stream = r_stream(local, NPH_RNG_GENERATE, (uint32_t)rays->y[i] * (uint32_t)local->width + (uint32_t)rays->x[i], rays->sample[i], 0);
+        RCameraRay ray = r_camera_plain(local, rays->x[i], rays->y[i], r_words(&stream, 0), perspective, 0);
+        put_ray(rays, i, medium, used, &ray);
+    }
+}
+
+/* Pixels and samples are set; lanes without any look through the first pixel. */
+static void aim(Rays *rays, const RPopScene *scene) {
+    const RScene *local = &scene->local;
+    int32_t used = local->medium_count > 0;
+    if (local->sensor.kind != NPH_SENSOR_FISHEYE) {
+        aim_plain(rays, local, &scene->medium, local->sensor.kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0, used);
+        return;
+    }
+    for (int i = 0; i < LANES; i++) {
+        RStream stream = r_stream(local, NPH_RNG_GENERATE, (uint32_t)rays->y[i] * (uint32_t)local->width + (uint32_t)rays->x[i], rays->sample[i], 0);
+        RCameraRay ray;
+        r_camera_ray(local, rays->x[i], rays->y[i], &stream, &ray);
+        put_ray(rays, i, &scene->medium, used, &ray);
+    }
+}
+
+/* Takes the next lane, where it meets the medium. */
+static void begin_ray(Sight *s, const Rays *rays, int from, Real *out) {
     Lanes *l = &s->lanes;
-    RCameraRay ray;
-    RSpan span = {.inside = 0};
     int i = s->alive;
-    r_camera_ray(&scene->local, x, y, &stream, &ray);
-    if (!(ray.weight > R(0.0))) return; /* beyond the rim of a fisheye */
+    if (!rays->seen[from]) return; /* beyond the rim of a fisheye */
     l->out[i] = out;
-    l->pdf[i] = ray.pdf;
-    l->start[i] = ray.start;
+    l->pdf[i] = rays->pdf[from];
+    l->start[i] = rays->start[from];
     l->collided[i] = l->distance[i] = R(0.0);
     for (int c = 0; c < 3; c++) {
         l->light[c][i] = R(0.0);
         l->T[c][i] = R(1.0);
     }
-    if (scene->local.medium_count > 0) span = r_clip(&scene->medium, ray.p, ray.d, R_HUGE);
     for (int a = 0; a < 3; a++) {
-        l->way[a][i] = ray.d[a];
-        l->o[a][i] = span.o[a];
-        l->d[a][i] = span.d[a];
+        l->way[a][i] = rays->way[a][from];
+        l->o[a][i] = rays->o[a][from];
+        l->d[a][i] = rays->d[a][from];
     }
-    l->near[i] = span.near;
-    l->far[i] = span.far;
+    l->near[i] = rays->near[from];
+    l->far[i] = rays->far[from];
     l->step[i] = 0;
-    if (span.inside) s->alive++;
+    if (rays->inside[from]) s->alive++;
     else end_ray(s, i);
 }
 
@@ -259,13 +301,21 @@ void NPH_KERNEL(nph_pop_march)(const void *memory, const NphPopArrays *arrays, c
     enum { PLANE = NPH_TILE_PIXELS * NPH_CHUNK };
     Sight sight = {.between = PLANE};
     int32_t width = rect[2] - rect[0], pixels = width * (rect[3] - rect[1]), next = 0, all = pixels * NPH_CHUNK;
+    Rays rays = {.inside = {0}};
     begin_sight(&sight, scene, arrays);
     for (int i = 0; i < NPH_SAMPLE_FIELDS * PLANE; i++) ((Real *)samples)[i] = R(0.0);
     while (next < all || sight.alive > 0) {
         for (; next < all && sight.alive < LANES; next++) {
-            int pixel = next / NPH_CHUNK, x = rect[0] + pixel % width, y = rect[1] + pixel / width;
-            int place = (y & (NPH_TILE - 1)) * NPH_TILE + (x & (NPH_TILE - 1));
-            begin_ray(&sight, x, y, (uint32_t)(chunk * NPH_CHUNK) + (uint32_t)(next % NPH_CHUNK), (Real *)samples + place * NPH_CHUNK + next % NPH_CHUNK);
+            int lane = next % LANES;
+            for (int i = 0; i < LANES && lane == 0; i++) {
+                int32_t ray = next + i < all ? next + i : 0, pixel = ray / NPH_CHUNK;
+                rays.x[i] = rect[0] + pixel % width;
+                rays.y[i] = rect[1] + pixel / width;
+                rays.sample[i] = (uint32_t)(chunk * NPH_CHUNK) + (uint32_t)(ray % NPH_CHUNK);
+            }
+            if (lane == 0) aim(&rays, scene);
+            int32_t place = (rays.y[lane] & (NPH_TILE - 1)) * NPH_TILE + (rays.x[lane] & (NPH_TILE - 1));
+            begin_ray(&sight, &rays, lane, (Real *)samples + place * NPH_CHUNK + next % NPH_CHUNK);
         }
         if (sight.alive > 0) step_rays(&sight);
     }
@@ -276,10 +326,17 @@ void NPH_KERNEL(nph_pop_replay)(const void *memory, const NphPopArrays *arrays, 
     const RPopScene *scene = memory;
     Sight sight = {.between = 1, .line = line, .user = user};
     Real out[NPH_SAMPLE_FIELDS];
+    Rays rays = {.inside = {0}};
     char text[256];
     begin_sight(&sight, scene, arrays);
     for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
-    begin_ray(&sight, pixel[0], pixel[1], sample, out);
+    for (int i = 0; i < LANES; i++) {
+        rays.x[i] = pixel[0];
+        rays.y[i] = pixel[1];
+        rays.sample[i] = sample;
+    }
+    aim(&rays, scene);
+    begin_ray(&sight, &rays, 0, out);
     while (sight.alive > 0) step_rays(&sight);
     snprintf(text, sizeof text, "result: %.9g %.9g %.9g, transmittance %.9g, %lld steps", (double)out[0], (double)out[1], (double)out[2],
              (double)out[NPH_SAMPLE_T0], (long long)sight.steps);
