@@ -263,6 +263,26 @@ START_TEST(threads_and_precisions_agree) {
 }
 END_TEST
 
+/* A grey medium is one channel; three are the same picture to the bit. */
+START_TEST(a_full_plan_is_the_same_picture) {
+    static const char *const knobs[] = {"pop.cells=8", "pop.ordinates=6", "pop.iterations=4"};
+    const char *yaml = SCENE(CAMERA, PLUME, "  - {type: sun, direction: [-1, 0.3, 0.2], irradiance: [1, 2, 3]}\n" WHITE);
+    NphRenderOptions options = render_options(16, 32);
+    RenderCase some, all;
+    options.method = "principal_ordinates";
+    options.knobs = knobs;
+    options.knob_count = 3;
+    render_case(&some, yaml, &options, 2);
+    options.plan_full = 1;
+    render_case(&all, yaml, &options, 2);
+    for (int c = 0; c < 3; c++)
+        ck_assert_int_eq(memcmp(nph_image_channel(&some.image, c == 0 ? "R" : c == 1 ? "G" : "B")->pixels,
+                                nph_image_channel(&all.image, c == 0 ? "R" : c == 1 ? "G" : "B")->pixels, 256 * sizeof(float)), 0);
+    render_free(&some);
+    render_free(&all);
+}
+END_TEST
+
 /* Every picture is finite and not negative, and where nothing is to be seen there is nothing. */
 START_TEST(extremes_are_survived) {
     static const struct {
@@ -373,6 +393,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, axes_are_alike);
     tcase_add_test(cases, a_stage_or_knob_is_for_something);
     tcase_add_test(cases, threads_and_precisions_agree);
+    tcase_add_test(cases, a_full_plan_is_the_same_picture);
     tcase_add_test(cases, extremes_are_survived);
     tcase_add_test(cases, importance_goes_where_light_would_come_from);
     tcase_add_test(cases, what_is_not_modelled_is_refused);
