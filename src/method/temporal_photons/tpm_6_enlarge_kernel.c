@@ -66,8 +66,7 @@ static int stretched(Enlarged *e, const RTpmScene *scene, const Real *picture, i
 /* Rows [first, end) of the crop, columns [column, column + count). */
 static void enlarge_span(const RTpmScene *scene, const Real *picture, const int crop[4], int column, int count, int first, int end, Real *image) {
     int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
-    Enlarged e;
-    e.number[0] = e.number[1] = -1;
+    Enlarged e = {.number = {-1, -1}};
     for (int i = 0; i < count; i++) {
         e.share[i] = place_between(scene, 0, place_of(scene, crop[0] + column + i), &e.low[i], &e.high[i]);
         e.low[i] *= NPH_SAMPLE_FIELDS;
