@@ -30,7 +30,7 @@ SETTINGS = (
     ('threshold 0.001', {'tpm.threshold': 0.001}),
     ('threshold 0.01', {'tpm.threshold': 0.01}),
     ('threshold 0.1', {'tpm.threshold': 0.1}),
-    ('threshold 1: no beam is longer than its walk', {'tpm.threshold': 1}),
+    ('threshold 1', {'tpm.threshold': 1}),
     ('similarity 0.05', {'tpm.similarity': 0.05}),
     ('similarity 0.05, as printed', {'tpm.similarity': 0.05, 'tpm.variant': 1}),
     ('similarity 0.3', {'tpm.similarity': 0.3}),

@@ -1,35 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * tpm.march and tpm.enlarge [Elek12 sec. 4.4]. Along a ray in steps of the box's diagonal over a number, front to back:
+ * tpm.march [Elek12 sec. 4.4]. Along a ray in steps of the box's diagonal over a number, front to back:
  *   L += T (1 - e^(-s_t step)) S,  T *= e^(-s_t step),  until T is below the exit
  *   S = albedo (F_sun p_HG(theta | g g') + F_sky / 4 pi)
  * The cache tells the light that arrives, of mean cosine g' around the sun's direction; scattered once more it has g g' [Max04].
  * theta is the angle between the sun's direction of travel and the way to the sensor; the sky's fluence has its own lobe where
  * one is kept (else its g' is not used). In print a step is as long as any other and the density is fetched at its middle; so it
  * is here, the last step of a ray ends with the box.
- *
- * With impostors a picture holds the cloud alone, and may serve later frames: it then stands on a plane through the cloud's middle.
- *
- * Detail: up to three octaves of vector noise move the places at which density and cache are looked up. */
+ * How rays begin is in tpm_rays_lookup.h, the detail that noise adds in tpm_noise_lookup.h. */
 #include <stdio.h>
 
-#include "method/temporal_photons/tpm_state.h"
+#include "method/temporal_photons/tpm_noise_lookup.h"
+#include "method/temporal_photons/tpm_rays_lookup.h"
 
 void NPH_KERNEL(nph_tpm_march)(const void *memory, const void *fine, uint32_t sample, int first, int end, void *picture,
                                int64_t *steps);
 void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t sample, const int pixel[2], NphLineFn line, void *user);
-void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *view, const void *picture, const int crop[4], int first, int end, void *image);
-
-enum { LANES = 64 };
-
-/* Rays of neighbouring pixels that begin next: in the medium's space, and what is behind the medium. */
-typedef struct Rays {
-    Real o[3][LANES], d[3][LANES], near[LANES], far[LANES], jump[LANES];
-    Real start[LANES], cosine[NPH_TPM_KINDS][LANES], behind[3][LANES];
-    Real way[3][LANES], pdf[LANES]; /* scene-local */
-    int32_t inside[LANES], seen[LANES];
-    int next, count;
-} Rays;
 
 /* Rays on their way, and the step that each of them is at: all go on together, step by step, and where one is through the last one takes
  * its lane, and then another pixel's. Lanes without a ray take part in the arithmetic: they begin as zeros, and then have no end. */
@@ -58,36 +44,6 @@ typedef struct Sight {
     int32_t at[LANES];                  /* where a lane's cell begins, in numbers */
     Real cells[LANES * NPH_TPM_FIELDS]; /* what J holds where the lanes are */
 } Sight;
-
-/* Periodic, linear between its points. */
-static void add_noise(const RTpmScene *scene, Real size, Real amount, const Real p[3], Real out[3]) {
-    int32_t low[3];
-    Real part[3];
-    for (int a = 0; a < 3; a++) {
-        Real u = p[a] * size, whole = r_floor(u);
-        part[a] = u - whole;
-        low[a] = (int32_t)(whole - R(32.0) * r_floor(whole * R(0.03125)));
-    }
-    for (int k = 0; k < 8; k++) {
-        Real share = amount;
-        int32_t at[3];
-        for (int a = 0; a < 3; a++) {
-            int up = k >> a & 1;
-            share *= up ? part[a] : R(1.0) - part[a];
-            at[a] = (low[a] + up) & (R_TPM_NOISE - 1);
-        }
-        const float *vector = scene->field + 3 * ((at[2] * R_TPM_NOISE + at[1]) * R_TPM_NOISE + at[0]);
-        for (int a = 0; a < 3; a++) out[a] += share * (Real)vector[a];
-    }
-}
-
-/* The place that is looked up for p: p itself, or moved by noise and kept in the box. */
-static void detail(const RTpmScene *scene, const Real p[3], Real out[3]) {
-    Real moved[3] = {R(0.0), R(0.0), R(0.0)}, size = R(0.25), amount = scene->noise;
-    for (int o = 0; o < scene->octaves && scene->noise > R(0.0); o++, size *= R(2.0), amount *= R(0.5))
-        add_noise(scene, size, amount, p, moved);
-    for (int a = 0; a < 3; a++) out[a] = r_clamp(p[a] + moved[a], scene->medium.lo[a], scene->medium.hi[a]);
-}
 
 R_INLINE Real lobe(Real g, Real cosine) {
     RAngle angle = {cosine, R(1.0) - cosine, R(1.0) + cosine};
@@ -259,43 +215,6 @@ R_OUTLINE void gather_lobes(Lanes *restrict l, const RMedium *restrict medium, c
     gather(l, medium, cells, at, exit, alive, 1);
 }
 
-/* What is the same for the rays of a row of pixels. */
-typedef struct Row {
-    int x, y, half, width, height, medium;
-    uint32_t sample, seed;
-    double perspective;
-    Real step, towards[NPH_TPM_KINDS][3];
-} Row;
-
-/* The pixel of the sensor that a pixel of the small picture looks through; of two by two it is drawn with the sample's own words. */
-R_INLINE void pixel_of(const Row *row, int i, int32_t *x, int32_t *y) {
-    NphWords words = nph_philox(row->seed, (uint32_t)NPH_RNG_TPM_PIXEL << 24, (uint32_t)(row->x + i), (uint32_t)row->y, row->sample, 0);
-    int32_t u = 2 * (row->x + i) + (int32_t)(words.w0 >> 31), v = 2 * row->y + (int32_t)(words.w1 >> 31);
-    u = u < row->width ? u : row->width - 1;
-    v = v < row->height ? v : row->height - 1;
-    *x = row->half ? u : row->x + i;
-    *y = row->half ? v : row->y;
-}
-
-R_INLINE void put_ray(Rays *restrict rays, int i, const Row *row, const RMedium *medium, const RCameraRay *ray) {
-    RSpan span = r_clip(medium, ray->p, ray->d, R_HUGE);
-    for (int a = 0; a < 3; a++) {
-        rays->o[a][i] = span.o[a];
-        rays->d[a][i] = span.d[a];
-        rays->way[a][i] = ray->d[a];
-    }
-    for (int k = 0; k < NPH_TPM_KINDS; k++)
-        rays->cosine[k][i] = -(ray->d[0] * row->towards[k][0] + ray->d[1] * row->towards[k][1] + ray->d[2] * row->towards[k][2]);
-    Real speed = r_max(r_abs(span.d[0]), r_max(r_abs(span.d[1]), r_abs(span.d[2])));
-    rays->jump[i] = R(3.9996) / r_max(speed * row->step, R(1e-12));
-    rays->near[i] = span.near;
-    rays->far[i] = span.far;
-    rays->start[i] = ray->start;
-    rays->pdf[i] = ray->pdf;
-    rays->inside[i] = span.inside & row->medium;
-    rays->seen[i] = ray->weight > R(0.0) ? 1 : 0;
-}
-
 /* Of cameras whose rays are straight: pinhole, parallel. */
 R_OUTLINE void aim_plain(Rays *restrict rays, const RScene *restrict local, const RMedium *restrict medium, const Row *restrict from, int count) {
     const Row row = *from;
@@ -323,16 +242,6 @@ static void aim(Rays *rays, const RTpmScene *scene, const Row *row, int count) {
         r_camera_ray(local, x, y, &stream, &ray);
         put_ray(rays, i, row, &scene->medium, &ray);
     }
-}
-
-/* The same from everywhere: then one look is enough. */
-static int even_behind(const RScene *local) {
-    int even = 1;
-    for (int l = 0; l < local->light_count; l++) {
-        const RLight *light = &local->lights[l];
-        even &= !r_light_is_met(light) || (light->kind == NPH_LIGHT_CONSTANT && light->hemisphere == 0);
-    }
-    return even;
 }
 
 /* Rays of up to LANES pixels from (x, y) of the small picture on. */
@@ -526,150 +435,4 @@ void NPH_KERNEL(nph_tpm_replay)(const void *memory, const void *fine, uint32_t s
     snprintf(text, sizeof text, "result: %.9g %.9g %.9g, transmittance %.9g, %lld steps", (double)out[0], (double)out[1], (double)out[2],
              (double)out[NPH_SAMPLE_T0], (long long)sight.steps);
     line(user, text);
-}
-
-/* Between which two pixels of the small picture a place lies, along an axis; it is constant beyond its outermost. */
-R_INLINE Real place_between(const RTpmScene *scene, int a, Real at, int32_t *low, int32_t *high) {
-    Real u = r_clamp(at - (Real)scene->small_origin[a], R(0.0), (Real)(scene->small[a] - 1));
-    *low = (int32_t)u;
-    *high = *low + 1 < scene->small[a] ? *low + 1 : *low;
-    return u - (Real)*low;
-}
-
-/* The place of a sensor's pixel in the small picture. */
-R_INLINE Real place_of(const RTpmScene *scene, int pixel) {
-    return scene->half ? R(0.5) * ((Real)pixel + R(0.5)) - R(0.5) : (Real)pixel;
-}
-
-/* Between four pixels. */
-static void blend(const RTpmScene *scene, const Real *picture, const Real at[2], Real out[NPH_SAMPLE_FIELDS]) {
-    int32_t low[2], high[2];
-    int64_t corner[4];
-    Real share[2];
-    for (int a = 0; a < 2; a++) share[a] = place_between(scene, a, at[a], &low[a], &high[a]);
-    for (int k = 0; k < 4; k++)
-        corner[k] = ((int64_t)(k >> 1 ? high[1] : low[1]) * scene->small[0] + (k & 1 ? high[0] : low[0])) * NPH_SAMPLE_FIELDS;
-    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) {
-        const Real *from = picture + f;
-        Real upper = r_grid_mix(from[corner[0]], from[corner[1]], share[0]);
-        Real lower = r_grid_mix(from[corner[2]], from[corner[3]], share[0]);
-        out[f] = r_grid_mix(upper, lower, share[1]);
-    }
-}
-
-enum { SPAN = 128 }; /* pixels of a row that are enlarged together */
-
-/* The same for many pixels: first along x, once for all rows that need it, then along y. */
-typedef struct Enlarged {
-    int32_t low[SPAN], high[SPAN]; /* numbers of the picture's row */
-    Real share[SPAN], row[2][NPH_SAMPLE_FIELDS][SPAN];
-    int32_t number[2]; /* of the two rows of the small picture that are there */
-} Enlarged;
-
-R_OUTLINE void stretch(Real *restrict to, const Real *restrict from, const int32_t *restrict low, const int32_t *restrict high,
-                       const Real *restrict share, int count) {
-    for (int i = 0; i < count; i++) to[i] = r_grid_mix(from[low[i]], from[high[i]], share[i]); /* vec */
-}
-
-R_OUTLINE void mix_rows(Real *restrict to, const Real *restrict upper, const Real *restrict lower, Real share, int count) {
-    for (int i = 0; i < count; i++) to[i] = r_grid_mix(upper[i], lower[i], share); /* vec */
-}
-
-/* The slot of a row; the other one is the row `kept`, which stays. */
-static int stretched(Enlarged *e, const RTpmScene *scene, const Real *picture, int32_t number, int32_t kept, int count) {
-    int slot = e->number[0] == number ? 0 : e->number[1] == number ? 1 : e->number[0] == kept ? 1 : 0;
-    if (e->number[slot] == number) return slot;
-    e->number[slot] = number;
-    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
-        stretch(e->row[slot][f], picture + (int64_t)number * scene->small[0] * NPH_SAMPLE_FIELDS + f, e->low, e->high, e->share, count);
-    return slot;
-}
-
-/* Rows [first, end) of the crop, columns [column, column + count). */
-static void enlarge_span(const RTpmScene *scene, const Real *picture, const int crop[4], int column, int count, int first, int end, Real *image) {
-    int64_t width = crop[2] - crop[0], pixels = width * (crop[3] - crop[1]);
-    Enlarged e;
-    e.number[0] = e.number[1] = -1;
-    for (int i = 0; i < count; i++) {
-        e.share[i] = place_between(scene, 0, place_of(scene, crop[0] + column + i), &e.low[i], &e.high[i]);
-        e.low[i] *= NPH_SAMPLE_FIELDS;
-        e.high[i] *= NPH_SAMPLE_FIELDS;
-    }
-    for (int row = first; row < end; row++) {
-        int32_t low, high;
-        Real share = place_between(scene, 1, place_of(scene, crop[1] + row), &low, &high);
-        int upper = stretched(&e, scene, picture, low, high, count), lower = stretched(&e, scene, picture, high, low, count);
-        for (int f = 0; f < NPH_SAMPLE_FIELDS; f++)
-            mix_rows(image + f * pixels + row * width + column, e.row[upper][f], e.row[lower][f], share, count);
-    }
-}
-
-static double product(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-/* Through the middle of a pixel, of any length. */
-static void pixel_way(const NphSensor *sensor, int x, int y, double d[3]) {
-    double s = sensor->half_size[0] * (2.0 * ((double)x + 0.5) / (double)sensor->width - 1.0);
-    double t = sensor->half_size[1] * (1.0 - 2.0 * ((double)y + 0.5) / (double)sensor->height);
-    for (int a = 0; a < 3; a++) d[a] = sensor->forward[a] + s * sensor->right[a] + t * sensor->up[a];
-}
-
-/* Where the view's ray meets the impostor, in pixels of the picture's sensor: that is a plane through the middle of the cloud, across
- * the way on which it was seen. 0: nowhere. */
-static int meet(const RTpmScene *scene, const RTpmScene *view, const double d[3], double at[2]) {
-    const NphSensor *from = &scene->local.sensor, *to = &view->local.sensor;
-    double normal[3], away[3], hit[3];
-    for (int a = 0; a < 3; a++) {
-        normal[a] = scene->centre[a] - from->position[a];
-        away[a] = view->centre[a] - to->position[a];
-    }
-    double slope = product(d, normal), distance = product(away, normal) / slope;
-    if (!(slope > 0.0) || !(distance > 0.0)) return 0;
-    for (int a = 0; a < 3; a++) hit[a] = normal[a] + distance * d[a] - away[a]; /* from where the picture was taken */
-    double depth = product(hit, from->forward);
-    if (!(depth > 0.0)) return 0;
-    at[0] = 0.5 * (1.0 + product(hit, from->right) / (depth * from->half_size[0])) * (double)from->width;
-    at[1] = 0.5 * (1.0 - product(hit, from->up) / (depth * from->half_size[1])) * (double)from->height;
-    return at[0] > -1.0 && at[1] > -1.0 && at[0] < (double)from->width + 1.0 && at[1] < (double)from->height + 1.0;
-}
-
-/* The same camera and cloud: the picture is where it was, to the bit. */
-static int stands_still(const RTpmScene *scene, const RTpmScene *view) {
-    const NphSensor *a = &scene->local.sensor, *b = &view->local.sensor;
-    int same = 1;
-    for (int x = 0; x < 3; x++)
-        same &= !(a->position[x] < b->position[x] || a->position[x] > b->position[x] || a->right[x] < b->right[x] || a->right[x] > b->right[x] ||
-                  a->up[x] < b->up[x] || a->up[x] > b->up[x] || a->forward[x] < b->forward[x] || a->forward[x] > b->forward[x] ||
-                  scene->centre[x] < view->centre[x] || scene->centre[x] > view->centre[x]);
-    for (int x = 0; x < 2; x++) same &= !(a->half_size[x] < b->half_size[x] || a->half_size[x] > b->half_size[x]);
-    return same;
-}
-
-/* The cloud's picture, this frame's or an earlier one's, before what is behind it now. */
-static void show_impostor(const RTpmScene *scene, const RTpmScene *view, int still, const Real *picture, int x, int y, Real out[NPH_SAMPLE_FIELDS]) {
-    double way[3], place[2] = {(double)x + 0.5, (double)y + 0.5};
-    Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3], at[2];
-    pixel_way(&view->local.sensor, x, y, way);
-    double inverse = 1.0 / nph_sqrt(product(way, way));
-    for (int a = 0; a < 3; a++) d[a] = (Real)(way[a] * inverse);
-    int seen = still || meet(scene, view, way, place);
-    for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) out[f] = R(0.0);
-    for (int c = 0; c < 3; c++) out[NPH_SAMPLE_T0 + c] = R(1.0);
-    for (int a = 0; a < 2; a++) at[a] = (Real)((scene->half ? 0.5 * place[a] : place[a]) - 0.5);
-    if (seen) blend(scene, picture, at, out);
-    r_lights_at_infinity(&view->local, d, R(-1.0), radiance);
-    for (int c = 0; c < 3; c++) out[NPH_SAMPLE_L0 + c] += out[NPH_SAMPLE_T0 + c] * radiance[c];
-}
-
-void NPH_KERNEL(nph_tpm_enlarge)(const void *memory, const void *seen, const void *picture, const int crop[4], int first, int end, void *image) {
-    const RTpmScene *scene = memory, *view = seen;
-    int width = crop[2] - crop[0], still = scene == view || stands_still(scene, view);
-    int64_t pixels = (int64_t)width * (crop[3] - crop[1]);
-    for (int column = 0; column < width && !scene->impostor; column += SPAN)
-        enlarge_span(scene, picture, crop, column, width - column < SPAN ? width - column : SPAN, first, end, image);
-    for (int row = first; row < end && scene->impostor; row++)
-        for (int column = 0; column < width; column++) {
-            Real out[NPH_SAMPLE_FIELDS];
-            show_impostor(scene, view, still, picture, crop[0] + column, crop[1] + row, out);
-            for (int f = 0; f < NPH_SAMPLE_FIELDS; f++) ((Real *)image)[f * pixels + (int64_t)row * width + column] = out[f];
-        }
 }
