@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * shdom.sweep: the radiance of one ordinate at every point, from the point where its ray last crossed a plane of the grid [Kunasz88].
+ * Cells are all alike and have one extinction each, so that plane, the place on it and the length are the same for all points: with
+ * tau = sigma length,
+ *   L = e^-tau L_up + (1 - (1 - e^-tau) / tau) S + ((1 - e^-tau) / tau - e^-tau) S_up      [Olson87 eq. 19]
+ * for a source function linear between the two places; L_up and S_up are interpolated between four points. The plane is one across
+ * the axis along which the ray is fastest: points of a plane wait for the plane before it only. Where sides repeat along that axis, the
+ * first plane waits for the last one: rounds, until they agree. [density, share, source -> radiance] */
+#include <string.h>
+
+#include "truth/shdom/shdom_kernels.h"
+
+int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep);
+
+enum { ROUNDS_MAX = 4096 };
+#if NPH_PRECISION == 32
+#define SETTLED 1e-6f
+#else
+#define SETTLED 1e-12
+#endif
+
+/* Four points on the plane before, for every point of a row. */
+typedef struct Row {
+    const Real *L[4], *S[4], *own, *density, *share;
+    Real weight[4], depth; /* depth: of density 1 */
+} Row;
+
+/* What e^-tau leaves to the source here and there; series where the differences lose their digits. */
+R_INLINE Real own_part(Real tau, Real passes) {
+    Real t = tau, small = t * (R(1.0) / R(2.0) - t * (R(1.0) / R(6.0) - t * (R(1.0) / R(24.0) - t * (R(1.0) / R(120.0) - t * (R(1.0) / R(720.0) -
+                          t * (R(1.0) / R(5040.0) - t * (R(1.0) / R(40320.0) - t * (R(1.0) / R(362880.0)))))))));
+    Real safe = t < R(0.0625) ? R(1.0) : t;
+    return t < R(0.0625) ? small : R(1.0) - (R(1.0) - passes) / safe;
+}
+
+R_INLINE Real far_part(Real tau, Real passes, Real own) {
+    Real t = tau, small = t * (R(1.0) / R(2.0) - t * (R(1.0) / R(3.0) - t * (R(1.0) / R(8.0) - t * (R(1.0) / R(30.0) - t * (R(1.0) / R(144.0) -
+                          t * (R(1.0) / R(840.0) - t * (R(1.0) / R(5760.0) - t * (R(1.0) / R(45360.0)))))))));
+    return t < R(0.0625) ? small : (R(1.0) - passes) - own;
+}
+
+R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell) {
+    Real tau = row->density[cell] * row->depth, passes = r_exp(-tau), own = own_part(tau, passes), far = far_part(tau, passes, own);
+    Real L = row->weight[0] * row->L[0][point] + row->weight[1] * row->L[1][point] + row->weight[2] * row->L[2][point] + row->weight[3] * row->L[3][point];
+    Real S = row->weight[0] * row->S[0][point] + row->weight[1] * row->S[1][point] + row->weight[2] * row->S[2][point] + row->weight[3] * row->S[3][point];
+    return passes * L + row->share[cell] * (far * S + own * row->own[point]);
+}
+
+R_OUTLINE void step_row(const Row *given, int count, Real *restrict out) {
+    const Row row = *given;
+    const Real *restrict density = row.density, *restrict share = row.share, *restrict own = row.own;
+    const Real *restrict L0 = row.L[0], *restrict L1 = row.L[1], *restrict L2 = row.L[2], *restrict L3 = row.L[3];
+    const Real *restrict S0 = row.S[0], *restrict S1 = row.S[1], *restrict S2 = row.S[2], *restrict S3 = row.S[3];
+    for (int i = 0; i < count; i++) { /* vec */
+        Real tau = density[i] * row.depth, passes = r_exp(-tau), here = own_part(tau, passes), far = far_part(tau, passes, here);
+        Real L = row.weight[0] * L0[i] + row.weight[1] * L1[i] + row.weight[2] * L2[i] + row.weight[3] * L3[i];
+        Real S = row.weight[0] * S0[i] + row.weight[1] * S1[i] + row.weight[2] * S2[i] + row.weight[3] * S3[i];
+        out[i] = passes * L + share[i] * (far * S + here * own[i]);
+    }
+}
+
+/* One ordinate under way: axes a (fastest), b (along rows), c. */
+typedef struct Way {
+    const NphShdomSweep *sweep;
+    int axis[3], sign[3];
+    int64_t points[3], cells[3], point_step[3], cell_step[3];
+    Real weight[4], depth, border;
+    const Real *density, *share, *projected;
+    Real *radiance;
+} Way;
+
+/* sum over coefficients of basis times source, at every point. */
+R_OUTLINE void add_terms(const Real basis[4], const Real *restrict a, int64_t apart, int count, Real *restrict out) {
+    const Real *restrict b = a + apart, *restrict c = b + apart, *restrict d = c + apart;
+    const Real p = basis[0], q = basis[1], r = basis[2], s = basis[3];
+    for (int i = 0; i < count; i++) /* vec */
+        out[i] = (((out[i] + p * a[i]) + q * b[i]) + r * c[i]) + s * d[i];
+}
+
+R_OUTLINE void add_term(Real basis, const Real *restrict a, int count, Real *restrict out) {
+    for (int i = 0; i < count; i++) /* vec */
+        out[i] += basis * a[i];
+}
+
+static void project(const NphShdomSweep *sweep, Real *out) {
+    int64_t points = sweep->grid->point_count;
+    const Real *source = sweep->source;
+    for (int64_t first = 0; first < points; first += NPH_SHDOM_BLOCK) {
+        int count = (int)(points - first < NPH_SHDOM_BLOCK ? points - first : NPH_SHDOM_BLOCK), t = 0;
+        memset(out + first, 0, sizeof *out * (size_t)count);
+        for (; t + 4 <= sweep->coefficients; t += 4) {
+            const Real basis[4] = {(Real)sweep->basis[t], (Real)sweep->basis[t + 1], (Real)sweep->basis[t + 2], (Real)sweep->basis[t + 3]};
+            add_terms(basis, source + t * points + first, points, count, out + first);
+        }
+        for (; t < sweep->coefficients; t++) add_term((Real)sweep->basis[t], source + t * points + first, count, out + first);
+    }
+}
+
+/* The neighbour of a point upstream along an axis; -1: the ray comes in from outside. */
+R_INLINE int64_t before(const Way *way, int k, int64_t at) {
+    int64_t n = way->points[k], up = at - way->sign[k];
+    if (up >= 0 && up < n) return up;
+    return way->sweep->grid->periodic[way->axis[k]] ? (up < 0 ? n - 1 : 0) : -1;
+}
+
+/* The cell between both; along an axis that repeats the last cell lies before the first point. */
+R_INLINE int64_t between(const Way *way, int k, int64_t at) {
+    int64_t cell = way->sign[k] > 0 ? at - 1 : at;
+    return cell < 0 ? way->cells[k] - 1 : cell;
+}
+
+/* A point by itself: at the rim, or in a row that is not one in memory. */
+static Real step_point(const Way *way, const int64_t at[3]) {
+    int64_t up[3], own = 0, cell = 0, corner[4];
+    for (int k = 0; k < 3; k++) {
+        up[k] = before(way, k, at[k]);
+        if (up[k] < 0) return way->border;
+        own += at[k] * way->point_step[k];
+        cell += between(way, k, at[k]) * way->cell_step[k];
+    }
+    for (int i = 0; i < 4; i++)
+        corner[i] = up[0] * way->point_step[0] + (i & 1 ? up[1] : at[1]) * way->point_step[1] + (i & 2 ? up[2] : at[2]) * way->point_step[2];
+    Row row = {.own = way->projected + own, .density = way->density, .share = way->share, .depth = way->depth};
+    for (int i = 0; i < 4; i++) {
+        row.L[i] = way->radiance + corner[i];
+        row.S[i] = way->projected + corner[i];
+        row.weight[i] = way->weight[i];
+    }
+    return step_at(&row, 0, cell);
+}
+
+/* All points of a row but the one at its upstream end. */
+static void step_inner(const Way *way, const int64_t plane[2], const int64_t line[2], int64_t cell) {
+    int64_t first = way->sign[1] > 0, steps = way->point_step[1];
+    int64_t base = plane[0] * way->point_step[0] + line[0] * way->point_step[2] + first * steps;
+    Row row = {.own = way->projected + base, .density = way->density + cell, .share = way->share + cell, .depth = way->depth};
+    for (int i = 0; i < 4; i++) {
+        int64_t corner = plane[1] * way->point_step[0] + line[i >> 1] * way->point_step[2] + (first - (i & 1 ? way->sign[1] : 0)) * steps;
+        row.L[i] = way->radiance + corner;
+        row.S[i] = way->projected + corner;
+        row.weight[i] = way->weight[i];
+    }
+    int count = (int)way->points[1] - 1;
+    if (steps == 1) {
+        step_row(&row, count, way->radiance + base);
+        return;
+    }
+    for (int i = 0; i < count; i++) way->radiance[base + i * steps] = step_at(&row, i * steps, i * way->cell_step[1]);
+}
+
+/* at: of the plane along the fastest axis. */
+static void step_plane(const Way *way, int64_t at) {
+    int64_t up = before(way, 0, at), slab = between(way, 0, at), last = way->sign[1] > 0 ? 0 : way->points[1] - 1;
+    for (int64_t c = 0; c < way->points[2]; c++) {
+        int64_t above = before(way, 2, c), place[3] = {at, last, c}, row = at * way->point_step[0] + c * way->point_step[2];
+        way->radiance[row + last * way->point_step[1]] = step_point(way, place);
+        if (up >= 0 && above >= 0) {
+            step_inner(way, (int64_t[2]){at, up}, (int64_t[2]){c, above}, slab * way->cell_step[0] + between(way, 2, c) * way->cell_step[2]);
+            continue;
+        }
+        for (int64_t b = 0; b < way->points[1]; b++) way->radiance[row + b * way->point_step[1]] = way->border;
+    }
+}
+
+/* A round through all planes; how much the first one changed, over the largest value in it. */
+static Real step_round(const Way *way, Real *kept) {
+    int64_t n = way->points[0];
+    Real change = R(0.0), most = R(0.0);
+    for (int64_t i = 0; i < n; i++) {
+        int64_t at = way->sign[0] > 0 ? i : n - 1 - i, here = at * way->point_step[0], count = 0;
+        for (int64_t j = 0; i == 0 && kept && j < way->points[1] * way->points[2]; j++)
+            kept[count++] = way->radiance[here + j % way->points[1] * way->point_step[1] + j / way->points[1] * way->point_step[2]];
+        step_plane(way, at);
+        for (int64_t j = 0; j < count; j++) {
+            Real now = way->radiance[here + j % way->points[1] * way->point_step[1] + j / way->points[1] * way->point_step[2]];
+            change = r_max(change, r_abs(now - kept[j]));
+            most = r_max(most, r_abs(now));
+        }
+    }
+    return change > SETTLED * most ? R(1.0) : R(0.0);
+}
+
+/* Axis a is the one along which the ray is fastest; rows lie along x wherever they can. */
+static void lay_out(const NphShdomSweep *sweep, Way *way) {
+    const NphShdomGrid *grid = sweep->grid;
+    int64_t point_step[3] = {1, grid->points[0], (int64_t)grid->points[0] * grid->points[1]};
+    int64_t cell_step[3] = {1, grid->cells[0], (int64_t)grid->cells[0] * grid->cells[1]};
+    int fastest = 0;
+    for (int a = 1; a < 3; a++) fastest = nph_abs(sweep->along[a]) > nph_abs(sweep->along[fastest]) ? a : fastest;
+    double length = 1.0 / nph_abs(sweep->along[fastest]), part[3];
+    way->axis[0] = fastest;
+    way->axis[1] = fastest == 0 ? 1 : 0;
+    way->axis[2] = fastest == 2 ? 1 : 2;
+    for (int k = 0; k < 3; k++) {
+        int a = way->axis[k];
+        way->sign[k] = sweep->along[a] < 0.0 ? -1 : 1;
+        way->points[k] = grid->points[a];
+        way->cells[k] = grid->cells[a];
+        way->point_step[k] = point_step[a];
+        way->cell_step[k] = cell_step[a];
+        part[k] = nph_abs(sweep->along[a]) * length;
+    }
+    for (int i = 0; i < 4; i++) way->weight[i] = (Real)((i & 1 ? part[1] : 1.0 - part[1]) * (i & 2 ? part[2] : 1.0 - part[2]));
+    way->depth = (Real)(sweep->extinction * length);
+    way->border = (Real)sweep->border;
+}
+
+int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep) {
+    Way way = {.sweep = sweep, .density = sweep->density, .share = sweep->share, .projected = sweep->projected, .radiance = sweep->radiance};
+    Real *projected = sweep->projected, *kept = projected + sweep->grid->point_count; /* room for a plane behind it */
+    lay_out(sweep, &way);
+    project(sweep, projected);
+    if (!sweep->grid->periodic[way.axis[0]]) {
+        (void)step_round(&way, NULL);
+        return 0;
+    }
+    memset(way.radiance, 0, sizeof *way.radiance * (size_t)sweep->grid->point_count);
+    for (int round = 0; round < ROUNDS_MAX; round++)
+        if (!(step_round(&way, kept) > R(0.0))) return 0;
+    return 1;
+}
