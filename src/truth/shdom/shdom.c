@@ -37,14 +37,14 @@ static const NphKnob knobs[NPH_SHDOM_KNOBS] = {
 const NphStage nph_shdom_stages[NPH_SHDOM_STAGES] = {
     {"shdom.properties", "mean over a cell", "", "shdom.density", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.direct", "Beer's law; harmonics of a beam [Evans98]", "shdom.density", "shdom.beam shdom.share shdom.border", {NPH_SHDOM_BLOCK, 1, 1}, 0},
-    {"shdom.sweep", "short characteristics [Kunasz88]", "shdom.density shdom.beam shdom.share shdom.border shdom.source", "shdom.radiance", {1, 1, 1}, 0},
-    {"shdom.moments", "discrete ordinates to harmonics [Evans98]", "shdom.radiance shdom.moments", "shdom.moments", {NPH_SHDOM_BLOCK, 1, 1}, 0},
+    {"shdom.sweep", "short characteristics [Kunasz88]", "shdom.density shdom.beam shdom.share shdom.border shdom.source", "shdom.radiance shdom.mean", {1, 1, 1}, 0},
+    {"shdom.moments", "discrete ordinates to harmonics [Evans98]", "shdom.radiance shdom.mean shdom.moments", "shdom.moments", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.first", "source function [Evans98]", "shdom.moments shdom.source", "shdom.first shdom.source", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.scatter", "source function [Evans98]; delta-M [Wiscombe77]", "shdom.first shdom.moments", "shdom.scattered", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.accelerate", "mixing of iterates [Anderson65]", "shdom.scattered " ITERATED, ITERATED " shdom.residual", {NPH_SHDOM_BLOCK, 1, 1}, 0},
-    {"shdom.finish", "transposition", "shdom.source shdom.beam", "shdom.field", {NPH_SHDOM_BLOCK, 1, 1}, 0},
+    {"shdom.finish", "transposition", "shdom.source shdom.beam", "shdom.field shdom.bubble", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.generate", "camera rays of path", "", "shdom.ray", TILE, 0},
-    {"shdom.march", "source function along a ray [Evans98]; TMS [Nakajima88]", "shdom.share shdom.field shdom.ray", "shdom.sample", TILE, 0},
+    {"shdom.march", "source function along a ray [Evans98]; TMS [Nakajima88]", "shdom.share shdom.field shdom.bubble shdom.ray", "shdom.sample", TILE, 0},
     {"shdom.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "shdom.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
@@ -109,7 +109,7 @@ static NphStatus open_state(NphShdomState *state) {
     double *rules = state->gather_rules;
     int polar = (int)state->job.knobs[NPH_SHDOM_KNOB_GATHER];
     nph_shdom_gauss(polar, rules, rules + NPH_SHDOM_GATHER_MAX);
-    state->camera = (NphShdomCamera){&state->choice, &state->scenes[1], state->solver.field, state->solver.share, state->solver.kernels,
+    state->camera = (NphShdomCamera){&state->choice, &state->scenes[1], state->solver.field, state->solver.share, state->solver.bubble, state->solver.kernels,
                                      polar, rules, rules + NPH_SHDOM_GATHER_MAX};
     return NPH_OK;
 }
@@ -136,7 +136,7 @@ static int64_t items_of(const NphShdomState *state, int worker, NphShdomStage st
     case NPH_SHDOM_SWEEP: return nph_shdom_group_size(choice, state->solver.group);
     case NPH_SHDOM_FIRST:
     case NPH_SHDOM_SCATTER:
-    case NPH_SHDOM_ACCELERATE: return choice->grid.point_count * choice->angles.terms;
+    case NPH_SHDOM_ACCELERATE: return nph_shdom_row(choice);
     case NPH_SHDOM_DIRECT:
     case NPH_SHDOM_MOMENTS:
     case NPH_SHDOM_FINISH: return choice->grid.point_count;

@@ -49,6 +49,7 @@ typedef enum NphShdomBuffer {
     NPH_SHDOM_B_BORDER,
     NPH_SHDOM_B_SOURCE,
     NPH_SHDOM_B_RADIANCE,
+    NPH_SHDOM_B_MEAN,
     NPH_SHDOM_B_MOMENTS,
     NPH_SHDOM_B_FIRST,
     NPH_SHDOM_B_SCATTERED,
@@ -56,6 +57,7 @@ typedef enum NphShdomBuffer {
     NPH_SHDOM_B_GRAM,
     NPH_SHDOM_B_RESIDUAL,
     NPH_SHDOM_B_FIELD,
+    NPH_SHDOM_B_BUBBLE,
     NPH_SHDOM_B_RAY,
     NPH_SHDOM_B_SAMPLE,
     NPH_SHDOM_B_NODE,
@@ -112,7 +114,7 @@ typedef struct NphShdomSolver {
     const NphSingleScene *scene; /* with the true extinction */
     NphShdomKernels kernels;
     void *density, *beam, *share, *border, *ones; /* ones: a share that changes nothing */
-    void *source, *moments, *first, *scattered, *history, *radiance, *field;
+    void *source, *moments, *first, *scattered, *history, *radiance, *mean, *field, *bubble, *bubble_now, *nothing;
     double *gram, *partial, *factors, *residual;
     void **projected;            /* of workers */
     double **rows;               /* of workers: doubles on their way into these arrays */
@@ -131,6 +133,8 @@ NphStatus nph_shdom_step(NphShdomSolver *solver, NphShdomStage stage);
 int nph_shdom_groups(const NphShdomChoice *choice);
 int nph_shdom_group_size(const NphShdomChoice *choice, int group);
 int64_t nph_shdom_blocks(int64_t items);
+/* Numbers of a source function: coefficients by points, then the mean of degree 0 in every cell. */
+int64_t nph_shdom_row(const NphShdomChoice *choice);
 
 /* shdom_1_properties.c, shdom_2_direct.c: blocks of those stages. */
 void nph_shdom_properties(NphShdomSolver *solver, int64_t block, int worker);
@@ -146,7 +150,7 @@ typedef struct NphShdomCamera {
     const NphShdomChoice *choice;
     const NphSingleScene *scene; /* scaled: extinction as solved; albedo times extinction is the true scattering */
     const void *field;           /* NULL: nothing was solved */
-    const void *share;
+    const void *share, *bubble;
     NphShdomKernels kernels;
     int gather;                  /* polar angles of a sensor that gathers, per hemisphere */
     const double *gather_cosines, *gather_weights;

@@ -77,10 +77,9 @@ static void look_at(const NphShdomRay *ray, const double cell[3], double t, doub
     ray->camera->kernels.look(&look, ray->camera->field, out);
     int64_t number = (in[2] * grid->cells[1] + in[1]) * grid->cells[0] + in[0];
     for (int c = 0; c < choice->channels; c++) {
-        source[c] = out[c];
+        source[c] = out[c] + ray->camera->kernels.load(ray->camera->bubble, c * grid->cell_count + number);
         if (!choice->looks) continue;
-        double once = out[choice->channels + c] * ray->camera->kernels.load(ray->camera->share, c * grid->cell_count + number);
-        source[c] += once;
+        source[c] += out[choice->channels + c] * ray->camera->kernels.load(ray->camera->share, c * grid->cell_count + number);
     }
 }
 

@@ -2,11 +2,13 @@
  *
  * shdom.sweep: the radiance of one ordinate at every point, from the point where its ray last crossed a plane of the grid [Kunasz88].
  * Cells are all alike and have one extinction each, so that plane, the place on it and the length are the same for all points: with
- * tau = sigma length,
- *   L = e^-tau L_up + (1 - (1 - e^-tau) / tau) S + ((1 - e^-tau) / tau - e^-tau) S_up      [Olson87 eq. 19]
- * for a source function linear between the two places; L_up and S_up are interpolated between four points. The plane is one across
- * the axis along which the ray is fastest: points of a plane wait for the plane before it only. Where sides repeat along that axis, the
- * first plane waits for the last one: rounds, until they agree. [density, share, source -> radiance] */
+ * tau = sigma length, e = e^-tau and a source function S + d, S linear between both places and d the same all over the cell,
+ *   L      = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Olson87 eq. 19]
+ *   mean L = (1 - e) / tau L_up + m_up S_up + m S + w d,      m = 1/2 - w / tau,  m_up = 1/2 - w_up / tau     (along the way)
+ * L_up and S_up are interpolated between four points. The plane is one across the axis along which the ray is fastest: points of a
+ * plane wait for the plane before it only. Where sides repeat along that axis, the first plane waits for the last one: rounds, until
+ * they agree. Means of cells say what they scatter, where linear interpolation between corners would gain or lose light.
+ * [density, share, bubble, source -> radiance, mean] */
 #include <string.h>
 
 #include "truth/shdom/shdom_kernels.h"
@@ -20,43 +22,50 @@ enum { ROUNDS_MAX = 4096 };
 #define SETTLED 1e-12
 #endif
 
-/* Four points on the plane before, for every point of a row. */
+/* Four points on the plane before, for every point of a row; bubble: d. */
 typedef struct Row {
-    const Real *L[4], *S[4], *own, *density, *share;
+    const Real *L[4], *S[4], *own, *density, *share, *bubble;
     Real weight[4], depth; /* depth: of density 1 */
 } Row;
 
-/* What e^-tau leaves to the source here and there; series where the differences lose their digits. */
-R_INLINE Real own_part(Real tau, Real passes) {
-    Real t = tau, small = t * (R(1.0) / R(2.0) - t * (R(1.0) / R(6.0) - t * (R(1.0) / R(24.0) - t * (R(1.0) / R(120.0) - t * (R(1.0) / R(720.0) -
-                          t * (R(1.0) / R(5040.0) - t * (R(1.0) / R(40320.0) - t * (R(1.0) / R(362880.0)))))))));
-    Real safe = t < R(0.0625) ? R(1.0) : t;
-    return t < R(0.0625) ? small : R(1.0) - (R(1.0) - passes) / safe;
+/* Parts of the source here (w, m) and there (w_up, m_up); series where the differences lose their digits: m = tau q, w = tau (1/2 - m). */
+typedef struct Parts {
+    Real passes, mean_passes, own, far, mean_own, mean_far;
+} Parts;
+
+R_INLINE Parts parts_of(Real t) {
+    Real e = r_exp(-t), safe = t < R(0.0625) ? R(1.0) : t, inverse = R(1.0) / safe;
+    Real near = t * (R(1.0) / R(6.0) - t * (R(1.0) / R(24.0) - t * (R(1.0) / R(120.0) - t * (R(1.0) / R(720.0) - t * (R(1.0) / R(5040.0) -
+                    t * (R(1.0) / R(40320.0) - t * (R(1.0) / R(362880.0))))))));
+    Real away = t * (R(1.0) / R(3.0) - t * (R(1.0) / R(8.0) - t * (R(1.0) / R(30.0) - t * (R(1.0) / R(144.0) - t * (R(1.0) / R(840.0) -
+                    t * (R(1.0) / R(5760.0) - t * (R(1.0) / R(45360.0))))))));
+    int thin = t < R(0.0625);
+    Real own = thin ? t * (R(0.5) - near) : R(1.0) - (R(1.0) - e) * inverse;
+    Real far = thin ? t * (R(0.5) - away) : (R(1.0) - e) - own;
+    Parts parts = {e, R(1.0) - own, own, far, thin ? near : R(0.5) - own * inverse, thin ? away : R(0.5) - far * inverse};
+    return parts;
 }
 
-R_INLINE Real far_part(Real tau, Real passes, Real own) {
-    Real t = tau, small = t * (R(1.0) / R(2.0) - t * (R(1.0) / R(3.0) - t * (R(1.0) / R(8.0) - t * (R(1.0) / R(30.0) - t * (R(1.0) / R(144.0) -
-                          t * (R(1.0) / R(840.0) - t * (R(1.0) / R(5760.0) - t * (R(1.0) / R(45360.0)))))))));
-    return t < R(0.0625) ? small : (R(1.0) - passes) - own;
-}
-
-R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell) {
-    Real tau = row->density[cell] * row->depth, passes = r_exp(-tau), own = own_part(tau, passes), far = far_part(tau, passes, own);
+R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell, Real *mean) {
+    Parts parts = parts_of(row->density[cell] * row->depth);
+    Real share = row->share[cell], bubble = row->bubble[cell];
     Real L = row->weight[0] * row->L[0][point] + row->weight[1] * row->L[1][point] + row->weight[2] * row->L[2][point] + row->weight[3] * row->L[3][point];
     Real S = row->weight[0] * row->S[0][point] + row->weight[1] * row->S[1][point] + row->weight[2] * row->S[2][point] + row->weight[3] * row->S[3][point];
-    return passes * L + row->share[cell] * (far * S + own * row->own[point]);
+    *mean = parts.mean_passes * L + share * (parts.mean_far * S + parts.mean_own * row->own[point]) + parts.own * bubble;
+    return parts.passes * L + share * (parts.far * S + parts.own * row->own[point]) + (R(1.0) - parts.passes) * bubble;
 }
 
-R_OUTLINE void step_row(const Row *given, int count, Real *restrict out) {
+R_OUTLINE void step_row(const Row *given, int count, Real *restrict mean, Real *restrict out) {
     const Row row = *given;
-    const Real *restrict density = row.density, *restrict share = row.share, *restrict own = row.own;
+    const Real *restrict density = row.density, *restrict share = row.share, *restrict own = row.own, *restrict bubble = row.bubble;
     const Real *restrict L0 = row.L[0], *restrict L1 = row.L[1], *restrict L2 = row.L[2], *restrict L3 = row.L[3];
     const Real *restrict S0 = row.S[0], *restrict S1 = row.S[1], *restrict S2 = row.S[2], *restrict S3 = row.S[3];
     for (int i = 0; i < count; i++) { /* vec */
-        Real tau = density[i] * row.depth, passes = r_exp(-tau), here = own_part(tau, passes), far = far_part(tau, passes, here);
+        Parts parts = parts_of(density[i] * row.depth);
         Real L = row.weight[0] * L0[i] + row.weight[1] * L1[i] + row.weight[2] * L2[i] + row.weight[3] * L3[i];
         Real S = row.weight[0] * S0[i] + row.weight[1] * S1[i] + row.weight[2] * S2[i] + row.weight[3] * S3[i];
-        out[i] = passes * L + share[i] * (far * S + here * own[i]);
+        mean[i] = parts.mean_passes * L + share[i] * (parts.mean_far * S + parts.mean_own * own[i]) + parts.own * bubble[i];
+        out[i] = parts.passes * L + share[i] * (parts.far * S + parts.own * own[i]) + (R(1.0) - parts.passes) * bubble[i];
     }
 }
 
@@ -66,8 +75,8 @@ typedef struct Way {
     int axis[3], sign[3];
     int64_t points[3], cells[3], point_step[3], cell_step[3];
     Real weight[4], depth, border;
-    const Real *density, *share, *projected;
-    Real *radiance;
+    const Real *density, *share, *bubble, *projected;
+    Real *radiance, *mean;
 } Way;
 
 /* sum over coefficients of basis times source, at every point. */
@@ -121,20 +130,21 @@ static Real step_point(const Way *way, const int64_t at[3]) {
     }
     for (int i = 0; i < 4; i++)
         corner[i] = up[0] * way->point_step[0] + (i & 1 ? up[1] : at[1]) * way->point_step[1] + (i & 2 ? up[2] : at[2]) * way->point_step[2];
-    Row row = {.own = way->projected + own, .density = way->density, .share = way->share, .depth = way->depth};
+    Row row = {.own = way->projected + own, .density = way->density, .share = way->share, .bubble = way->bubble, .depth = way->depth};
     for (int i = 0; i < 4; i++) {
         row.L[i] = way->radiance + corner[i];
         row.S[i] = way->projected + corner[i];
         row.weight[i] = way->weight[i];
     }
-    return step_at(&row, 0, cell);
+    return step_at(&row, 0, cell, way->mean + cell);
 }
 
 /* All points of a row but the one at its upstream end. */
 static void step_inner(const Way *way, const int64_t plane[2], const int64_t line[2], int64_t cell) {
     int64_t first = way->sign[1] > 0, steps = way->point_step[1];
     int64_t base = plane[0] * way->point_step[0] + line[0] * way->point_step[2] + first * steps;
-    Row row = {.own = way->projected + base, .density = way->density + cell, .share = way->share + cell, .depth = way->depth};
+    Row row = {.own = way->projected + base, .density = way->density + cell, .share = way->share + cell,
+               .bubble = way->bubble + cell, .depth = way->depth};
     for (int i = 0; i < 4; i++) {
         int64_t corner = plane[1] * way->point_step[0] + line[i >> 1] * way->point_step[2] + (first - (i & 1 ? way->sign[1] : 0)) * steps;
         row.L[i] = way->radiance + corner;
@@ -143,10 +153,10 @@ static void step_inner(const Way *way, const int64_t plane[2], const int64_t lin
     }
     int count = (int)way->points[1] - 1;
     if (steps == 1) {
-        step_row(&row, count, way->radiance + base);
+        step_row(&row, count, way->mean + cell, way->radiance + base);
         return;
     }
-    for (int i = 0; i < count; i++) way->radiance[base + i * steps] = step_at(&row, i * steps, i * way->cell_step[1]);
+    for (int i = 0; i < count; i++) way->radiance[base + i * steps] = step_at(&row, i * steps, i * way->cell_step[1], way->mean + cell + i * way->cell_step[1]);
 }
 
 /* at: of the plane along the fastest axis. */
@@ -207,7 +217,8 @@ static void lay_out(const NphShdomSweep *sweep, Way *way) {
 }
 
 int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep) {
-    Way way = {.sweep = sweep, .density = sweep->density, .share = sweep->share, .projected = sweep->projected, .radiance = sweep->radiance};
+    Way way = {.sweep = sweep, .density = sweep->density, .share = sweep->share, .bubble = sweep->bubble, .projected = sweep->projected,
+               .radiance = sweep->radiance, .mean = sweep->mean};
     Real *projected = sweep->projected, *kept = projected + sweep->grid->point_count; /* room for a plane behind it */
     lay_out(sweep, &way);
     project(sweep, projected);

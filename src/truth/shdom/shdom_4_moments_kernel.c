@@ -15,6 +15,7 @@ void NPH_KERNEL(nph_shdom_difference)(const NphShdomMix *mix);
 void NPH_KERNEL(nph_shdom_combine)(const NphShdomMix *mix);
 void NPH_KERNEL(nph_shdom_store)(const double *values, int64_t count, void *to);
 double NPH_KERNEL(nph_shdom_load)(const void *from, int64_t at);
+void NPH_KERNEL(nph_shdom_bubble)(const NphShdomGrid *grid, const void *corners, const void *means, const int64_t range[2], void *out);
 void NPH_KERNEL(nph_shdom_look)(const NphShdomLook *look, const void *field, double *out);
 
 enum { LANES = 8 };
@@ -40,11 +41,11 @@ void NPH_KERNEL(nph_shdom_gather)(const NphShdomGather *gather) {
         int o = 0;
         if (!gather->add) memset(out, 0, sizeof *out * (size_t)count);
         for (; o + 4 <= gather->ordinates; o += 4) {
-            const double *f = gather->factors + (size_t)o * (size_t)terms + t;
-            const Real factor[4] = {(Real)f[0], (Real)f[terms], (Real)f[2 * terms], (Real)f[3 * terms]};
+            const double *f = gather->factors + (int64_t)o * gather->stride + t;
+            const Real factor[4] = {(Real)f[0], (Real)f[gather->stride], (Real)f[2 * gather->stride], (Real)f[3 * gather->stride]};
             add_ordinates(factor, radiance + o * points, points, count, out);
         }
-        for (; o < gather->ordinates; o++) add_ordinate((Real)gather->factors[o * terms + t], radiance + o * points, count, out);
+        for (; o < gather->ordinates; o++) add_ordinate((Real)gather->factors[o * gather->stride + t], radiance + o * points, count, out);
     }
 }
 
@@ -105,6 +106,22 @@ void NPH_KERNEL(nph_shdom_store)(const double *values, int64_t count, void *to) 
 }
 
 double NPH_KERNEL(nph_shdom_load)(const void *from, int64_t at) { return (double)((const Real *)from)[at]; }
+
+/* Corners: coefficients of degree 0, whose harmonic is 1 / sqrt(4 pi). */
+void NPH_KERNEL(nph_shdom_bubble)(const NphShdomGrid *grid, const void *corners, const void *means, const int64_t range[2], void *out) {
+    const Real *values = corners, *mean = means;
+    Real *bubble = out;
+    for (int64_t cell = range[0]; cell < range[1]; cell++) {
+        int64_t low[3] = {cell % grid->cells[0], cell / grid->cells[0] % grid->cells[1], cell / grid->cells[0] / grid->cells[1]}, high[3];
+        Real sum = R(0.0);
+        for (int a = 0; a < 3; a++) high[a] = (low[a] + 1) % grid->points[a];
+        for (int i = 0; i < 8; i++) {
+            int64_t x = i & 1 ? high[0] : low[0], y = i & 2 ? high[1] : low[1], z = i & 4 ? high[2] : low[2];
+            sum += values[(z * grid->points[1] + y) * grid->points[0] + x];
+        }
+        bubble[cell] = R(0.28209479177387814) * (mean[cell] - R(0.125) * sum);
+    }
+}
 
 R_OUTLINE void add_corner(double weight, const Real *restrict row, int count, double *restrict sums) {
     for (int i = 0; i < count; i++) sums[i] += weight * (double)row[i];

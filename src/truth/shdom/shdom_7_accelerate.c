@@ -64,7 +64,7 @@ static void solve_weights(const double *gram, int history, const int *order, int
 
 NphStatus nph_shdom_accelerate(NphShdomSolver *solver) {
     const NphShdomChoice *choice = solver->choice;
-    int64_t size = choice->grid.point_count * choice->angles.terms, blocks = nph_shdom_blocks(size);
+    int64_t size = nph_shdom_row(choice), blocks = nph_shdom_blocks(size);
     int history = choice->history, done = solver->iteration - 1, slot = done % history, count = done < history ? done + 1 : history;
     int order[MOST];
     double weights[MOST] = {0.0};

@@ -18,20 +18,24 @@ const NphBuffer nph_shdom_buffers[NPH_SHDOM_BUFFERS] = {
     [NPH_SHDOM_B_SHARE] = {"shdom.share", REAL, "[channel][cell]", "1", "what a cell gets of suns and points, over the mean of its corners", NPH_NEAR, NULL,
                            NULL, 0},
     [NPH_SHDOM_B_BORDER] = {"shdom.border", REAL, "[channel][ordinate]", "W/m2/sr", "radiance that comes in from lights at infinity", NPH_NEAR, NULL, NULL, 0},
-    [NPH_SHDOM_B_SOURCE] = {"shdom.source", REAL, "[channel][coefficient][point]", "W/m2/sr", "source function of light that was scattered before, by "
-                            "extinction", NPH_NEAR, NULL, NULL, 0},
+    [NPH_SHDOM_B_SOURCE] = {"shdom.source", REAL, "[channel][coefficient, point; cell]", "W/m2/sr", "source function of light that was scattered before, "
+                            "by extinction: coefficients at points, and the mean of degree 0 in cells", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_RADIANCE] = {"shdom.radiance", REAL, "[ordinate of the group][point]", "W/m2/sr", "along each ordinate", NPH_NEAR, NULL, NULL, 0},
-    [NPH_SHDOM_B_MOMENTS] = {"shdom.moments", REAL, "[coefficient][point]", "W/m2", "harmonics of the radiance of the groups so far", NPH_NEAR, NULL, NULL, 0},
-    [NPH_SHDOM_B_FIRST] = {"shdom.first", REAL, "[coefficient][point]", "W/m2", "harmonics of what beams were scattered to once and of the lights at infinity",
+    [NPH_SHDOM_B_MEAN] = {"shdom.mean", REAL, "[ordinate of the group][cell]", "W/m2/sr", "radiance along each ordinate, mean of its way through a cell",
+                          NPH_NEAR, NULL, NULL, 0},
+    [NPH_SHDOM_B_MOMENTS] = {"shdom.moments", REAL, "[coefficient, point; cell]", "W/m2", "harmonics of the radiance of the groups so far", NPH_NEAR, NULL, NULL, 0},
+    [NPH_SHDOM_B_FIRST] = {"shdom.first", REAL, "[coefficient, point; cell]", "W/m2", "harmonics of what beams were scattered to once and of the lights at infinity",
                            NPH_NEAR, NULL, NULL, 0},
-    [NPH_SHDOM_B_SCATTERED] = {"shdom.scattered", REAL, "[coefficient][point]", "W/m2/sr", "the source function that the last one leads to", NPH_NEAR, NULL,
+    [NPH_SHDOM_B_SCATTERED] = {"shdom.scattered", REAL, "[coefficient, point; cell]", "W/m2/sr", "the source function that the last one leads to", NPH_NEAR, NULL,
                                NULL, 0},
-    [NPH_SHDOM_B_HISTORY] = {"shdom.history", REAL, "[slot][2][coefficient, point]", "W/m2/sr", "earlier sources, and how one more scattering changed each",
+    [NPH_SHDOM_B_HISTORY] = {"shdom.history", REAL, "[slot][2][coefficient, point; cell]", "W/m2/sr", "earlier sources, and how one more scattering changed each",
                              NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_GRAM] = {"shdom.gram", NPH_F64, "[slot][slot]", "(W/m2/sr)2", "products of those changes", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_RESIDUAL] = {"shdom.residual", NPH_F64, "[1]", "1", "the newest change over its source, root mean squares", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_FIELD] = {"shdom.field", REAL, "[point][part, channel, coefficient]", "W/m2/sr", "the source function, point by point; behind it, where "
                            "cameras look it up, shdom.beam", NPH_NEAR, NULL, NULL, 0},
+    [NPH_SHDOM_B_BUBBLE] = {"shdom.bubble", REAL, "[channel][cell]", "W/m2/sr", "by how much the source function's mean in a cell is above that of its "
+                            "corners", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_RAY] = {"shdom.ray", NPH_F64, "[12][ray]", "m, 1, 1/sr", "position and direction, point of the sensor, scene-local; distance to the sensor, "
                          "weight, density; weight 0: there is no ray", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_SAMPLE] = {"shdom.sample", NPH_F64, "[field][ray]", "W/m2/sr, 1, m",
@@ -163,21 +167,23 @@ static int view_solution(NphShdomState *state, int buffer, NphView *out) {
     NphType real = state->job.precision == 32 ? NPH_F32 : NPH_F64;
     const NphShdomGrid *grid = &choice->grid;
     const int64_t points = grid->point_count, terms = choice->angles.terms, channels = choice->channels, history = choice->history;
-    const int64_t row = terms * points, field = channels * terms * (1 + choice->looks);
+    const int64_t row = nph_shdom_row(choice), field = channels * terms * (1 + choice->looks);
     switch ((NphShdomBuffer)buffer) {
     case NPH_SHDOM_B_DENSITY:
         *out = (NphView){real, 3, {grid->cells[2], grid->cells[1], grid->cells[0]}, s->density, (int64_t)grid->cells[0] * grid->cells[1]};
         break;
-    case NPH_SHDOM_B_BEAM: *out = (NphView){real, 3, {channels, terms, points}, s->beam, row}; break;
+    case NPH_SHDOM_B_BEAM: *out = (NphView){real, 3, {channels, terms, points}, s->beam, terms * points}; break;
     case NPH_SHDOM_B_SHARE: *out = (NphView){real, 2, {channels, grid->cell_count}, s->share, grid->cell_count}; break;
     case NPH_SHDOM_B_BORDER:
         *out = (NphView){real, 2, {channels, nph_shdom_ordinates(&choice->angles)}, s->border, nph_shdom_ordinates(&choice->angles)};
         break;
-    case NPH_SHDOM_B_SOURCE: *out = (NphView){real, 3, {channels, terms, points}, s->source, row}; break;
+    case NPH_SHDOM_B_SOURCE: *out = (NphView){real, 2, {channels, row}, s->source, row}; break;
     case NPH_SHDOM_B_RADIANCE: *out = (NphView){real, 2, {nph_shdom_group_size(choice, s->group), points}, s->radiance, points}; break;
-    case NPH_SHDOM_B_MOMENTS: *out = (NphView){real, 2, {terms, points}, s->moments, points}; break;
-    case NPH_SHDOM_B_FIRST: *out = (NphView){real, 2, {terms, points}, s->first, points}; break;
-    case NPH_SHDOM_B_SCATTERED: *out = (NphView){real, 2, {terms, points}, s->scattered, points}; break;
+    case NPH_SHDOM_B_MEAN: *out = (NphView){real, 2, {nph_shdom_group_size(choice, s->group), grid->cell_count}, s->mean, grid->cell_count}; break;
+    case NPH_SHDOM_B_BUBBLE: *out = (NphView){real, 2, {channels, grid->cell_count}, s->bubble, grid->cell_count}; break;
+    case NPH_SHDOM_B_MOMENTS: *out = (NphView){real, 1, {row}, s->moments, row}; break;
+    case NPH_SHDOM_B_FIRST: *out = (NphView){real, 1, {row}, s->first, row}; break;
+    case NPH_SHDOM_B_SCATTERED: *out = (NphView){real, 1, {row}, s->scattered, row}; break;
     case NPH_SHDOM_B_HISTORY: *out = (NphView){real, 3, {history, 2, row}, s->history, 2 * row}; break;
     case NPH_SHDOM_B_GRAM: *out = (NphView){NPH_F64, 2, {history, history}, s->gram, history}; break;
     case NPH_SHDOM_B_RESIDUAL: *out = (NphView){NPH_F64, 1, {1}, s->residual, 1}; break;

@@ -11,6 +11,7 @@ NPH_KERNEL_DECLARE(void, nph_shdom_difference, (const NphShdomMix *));
 NPH_KERNEL_DECLARE(void, nph_shdom_combine, (const NphShdomMix *));
 NPH_KERNEL_DECLARE(void, nph_shdom_store, (const double *, int64_t, void *));
 NPH_KERNEL_DECLARE(double, nph_shdom_load, (const void *, int64_t));
+NPH_KERNEL_DECLARE(void, nph_shdom_bubble, (const NphShdomGrid *, const void *, const void *, const int64_t *, void *));
 NPH_KERNEL_DECLARE(void, nph_shdom_look, (const NphShdomLook *, const void *, double *));
 
 void nph_shdom_kernels(NphIsa isa, int precision, NphShdomKernels *kernels) {
@@ -21,5 +22,6 @@ void nph_shdom_kernels(NphIsa isa, int precision, NphShdomKernels *kernels) {
     NPH_KERNEL_PICK(kernels->combine, nph_shdom_combine, isa, precision);
     NPH_KERNEL_PICK(kernels->store, nph_shdom_store, isa, precision);
     NPH_KERNEL_PICK(kernels->load, nph_shdom_load, isa, precision);
+    NPH_KERNEL_PICK(kernels->bubble, nph_shdom_bubble, isa, precision);
     NPH_KERNEL_PICK(kernels->look, nph_shdom_look, isa, precision);
 }

@@ -29,16 +29,16 @@ typedef struct NphShdomSweep {
     double along[3];     /* in the grid's space, of one metre on the ordinate */
     double extinction;   /* per unit of density [1/m] */
     double border;       /* radiance that comes in at open sides */
-    const void *density, *share; /* [cell]; share: how much the source counts */
+    const void *density, *share, *bubble; /* [cell]; share: how much the source counts; bubble: what comes on top of it */
     const void *source;  /* [coefficient][point] */
     void *projected;     /* [point]: of the worker */
-    void *radiance;      /* [point] */
+    void *radiance, *mean; /* [point]; [cell] */
 } NphShdomSweep;
 
 /* Coefficients of a group's radiance, points [first, end): moments [coefficient][points]. */
 typedef struct NphShdomGather {
-    const double *factors; /* [ordinate of the group][coefficient]: weight times basis */
-    int ordinates, coefficients, add; /* add: to what there is */
+    const double *factors; /* [ordinate of the group][stride]: weight times basis */
+    int ordinates, coefficients, stride, add; /* add: to what there is */
     int64_t points, first, end;
     const void *radiance;  /* [ordinate of the group][points] */
     void *moments;
@@ -64,6 +64,8 @@ typedef struct NphShdomKernels {
     void (*combine)(const NphShdomMix *mix);    /* the next source */
     void (*store)(const double *values, int64_t count, void *to); /* as the precision's numbers */
     double (*load)(const void *from, int64_t at);
+    /* bubble of cells [first, end): harmonic * (mean of the cell - mean of its corners) */
+    void (*bubble)(const NphShdomGrid *grid, const void *corners, const void *means, const int64_t range[2], void *out);
     /* field[point] has rows of `stride`: sum over corners of weight times coefficients times basis, for `rows` rows of each */
     void (*look)(const NphShdomLook *look, const void *field, double *out);
 } NphShdomKernels;

@@ -18,19 +18,21 @@ int nph_shdom_group_size(const NphShdomChoice *choice, int group) {
     return left < NPH_SHDOM_GROUP ? left : NPH_SHDOM_GROUP;
 }
 
+int64_t nph_shdom_row(const NphShdomChoice *choice) { return choice->grid.point_count * choice->angles.terms + choice->grid.cell_count; }
+
 int64_t nph_shdom_blocks(int64_t items) { return (items + NPH_SHDOM_BLOCK - 1) / NPH_SHDOM_BLOCK; }
 
 /* Elements of the arrays of the precision's numbers. */
 typedef struct Sizes {
-    size_t cells, points, rows, worker, dots;
+    size_t cells, points, rows, worker, beams, dots;
 } Sizes;
 
 static Sizes sizes_of(const NphShdomChoice *choice) {
     const NphShdomGrid *grid = &choice->grid;
     int64_t plane = 0;
     for (int a = 0; a < 3; a++) plane = grid->point_count / grid->points[a] > plane ? grid->point_count / grid->points[a] : plane;
-    Sizes sizes = {(size_t)grid->cell_count, (size_t)grid->point_count, (size_t)grid->point_count * (size_t)choice->angles.terms,
-                   (size_t)(grid->point_count + plane), 0};
+    Sizes sizes = {(size_t)grid->cell_count, (size_t)grid->point_count, (size_t)nph_shdom_row(choice), (size_t)(grid->point_count + plane),
+                   (size_t)(grid->point_count * choice->angles.terms), 0};
     sizes.dots = (size_t)nph_shdom_blocks((int64_t)sizes.rows) * (size_t)(choice->history + 2);
     return sizes;
 }
@@ -39,8 +41,8 @@ uint64_t nph_shdom_solver_bytes(const NphJob *job, const NphShdomChoice *choice,
     if (!choice->solved) return 0;
     Sizes s = sizes_of(choice);
     uint64_t real = (uint64_t)job->precision / 8, channels = (uint64_t)choice->channels, ordinates = (uint64_t)nph_shdom_ordinates(&choice->angles);
-    uint64_t reals = s.cells * (2 + channels) + channels * ordinates + s.rows * (2 * channels + 3 + 2 * (uint64_t)choice->history) +
-                     s.points * NPH_SHDOM_GROUP + s.rows * channels * (uint64_t)(1 + choice->looks) + (uint64_t)threads * s.worker;
+    uint64_t reals = s.cells * (4 + 2 * channels) + channels * ordinates + s.rows * (channels + 3 + 2 * (uint64_t)choice->history) +
+                     s.beams * channels * (uint64_t)(2 + choice->looks) + (s.points + s.cells) * NPH_SHDOM_GROUP + (uint64_t)threads * s.worker;
     uint64_t doubles = s.dots + NPH_SHDOM_GROUP * (uint64_t)choice->angles.terms +
                        (uint64_t)threads * channels * (uint64_t)choice->angles.terms * NPH_SHDOM_BLOCK;
     return reals * real + doubles * sizeof(double);
@@ -58,14 +60,18 @@ static NphStatus open_arrays(NphShdomSolver *solver) {
     NPH_TRY(reals(solver, s.cells, "ones", &solver->ones));
     NPH_TRY(reals(solver, s.cells * channels, "share of cells", &solver->share));
     NPH_TRY(reals(solver, channels * (size_t)nph_shdom_ordinates(&choice->angles), "light at the border", &solver->border));
-    NPH_TRY(reals(solver, s.rows * channels, "first scattering of beams", &solver->beam));
+    NPH_TRY(reals(solver, s.beams * channels, "first scattering of beams", &solver->beam));
     NPH_TRY(reals(solver, s.rows * channels, "source function", &solver->source));
     NPH_TRY(reals(solver, s.rows, "moments", &solver->moments));
     NPH_TRY(reals(solver, s.rows, "moments of what was scattered once", &solver->first));
     NPH_TRY(reals(solver, s.rows, "scattered", &solver->scattered));
     NPH_TRY(reals(solver, s.rows * 2 * history, "earlier sources", &solver->history));
     NPH_TRY(reals(solver, s.points * NPH_SHDOM_GROUP, "radiance of a group", &solver->radiance));
-    NPH_TRY(reals(solver, s.rows * channels * (size_t)(1 + choice->looks), "source function by point", &solver->field));
+    NPH_TRY(reals(solver, s.beams * channels * (size_t)(1 + choice->looks), "source function by point", &solver->field));
+    NPH_TRY(reals(solver, s.cells * NPH_SHDOM_GROUP, "mean radiance of a group", &solver->mean));
+    NPH_TRY(reals(solver, s.cells * channels, "bubbles", &solver->bubble));
+    NPH_TRY(reals(solver, s.cells, "bubbles of a channel", &solver->bubble_now));
+    NPH_TRY(reals(solver, s.cells, "no bubbles", &solver->nothing));
     NPH_TRY(NPH_NEW(solver->context, history * history, "products of changes", &solver->gram));
     NPH_TRY(NPH_NEW(solver->context, s.dots, "products by block", &solver->partial));
     NPH_TRY(NPH_NEW(solver->context, NPH_SHDOM_GROUP * choice->angles.terms, "weights of a group", &solver->factors));
@@ -108,7 +114,7 @@ void nph_shdom_solver_close(NphShdomSolver *solver) {
     if (!context) return;
     void *const arrays[] = {solver->density, solver->ones, solver->share, solver->border, solver->beam, solver->source, solver->moments,
                             solver->first, solver->scattered, solver->history, solver->radiance, solver->field, solver->gram, solver->partial,
-                            solver->factors, solver->residual, solver->counts, solver->walked, solver->unsettled};
+                            solver->factors, solver->mean, solver->bubble, solver->bubble_now, solver->nothing, solver->residual, solver->counts, solver->walked, solver->unsettled};
     for (int w = 0; w < nph_context_threads(context); w++) {
         if (solver->projected) nph_free(context, solver->projected[w]);
         if (solver->rows) nph_free(context, solver->rows[w]);
@@ -134,11 +140,13 @@ static NphStatus run_sweep(void *opaque, int64_t number, int worker) {
                            .density = solver->density, .projected = solver->projected[worker]};
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) sweep.along[a] += grid->from_local[4 * a + b] * d[b];
-    int64_t rows = c * (int64_t)choice->angles.terms;
+    int64_t row = nph_shdom_row(choice);
     sweep.share = first ? row_of(solver, solver->share, c, grid->cell_count) : solver->ones;
-    sweep.source = row_of(solver, first ? solver->beam : solver->source, rows, grid->point_count);
+    sweep.bubble = first ? solver->nothing : solver->bubble_now;
+    sweep.source = first ? row_of(solver, solver->beam, c * (int64_t)choice->angles.terms, grid->point_count) : row_of(solver, solver->source, c, row);
     sweep.border = first ? solver->kernels.load(solver->border, (int64_t)c * nph_shdom_ordinates(&choice->angles) + ordinate) : 0.0;
     sweep.radiance = row_of(solver, solver->radiance, number, grid->point_count);
+    sweep.mean = row_of(solver, solver->mean, number, grid->cell_count);
     NPH_LAUNCH(&solver->counts[worker], NPH_SHDOM_SWEEP, grid->point_count, solver->unsettled[worker] += solver->kernels.sweep(&sweep));
     return NPH_OK;
 }
@@ -154,30 +162,38 @@ static void set_factors(NphShdomSolver *solver) {
     }
 }
 
+/* Blocks of points, then of cells: these have their mean of degree 0 alone. */
 static NphStatus run_moments(void *opaque, int64_t block, int worker) {
     NphShdomSolver *solver = opaque;
-    int64_t points = solver->choice->grid.point_count, first = block * NPH_SHDOM_BLOCK;
-    NphShdomGather gather = {.factors = solver->factors, .ordinates = nph_shdom_group_size(solver->choice, solver->group),
-                             .coefficients = solver->choice->angles.terms, .add = solver->group > 0, .points = points, .first = first,
-                             .end = first + NPH_SHDOM_BLOCK < points ? first + NPH_SHDOM_BLOCK : points, .radiance = solver->radiance,
+    const NphShdomChoice *choice = solver->choice;
+    int64_t of_points = nph_shdom_blocks(choice->grid.point_count), means = block >= of_points;
+    int64_t items = means ? choice->grid.cell_count : choice->grid.point_count, first = (block - means * of_points) * NPH_SHDOM_BLOCK;
+    NphShdomGather gather = {.factors = solver->factors, .ordinates = nph_shdom_group_size(choice, solver->group), .coefficients = choice->angles.terms,
+                             .stride = choice->angles.terms, .add = solver->group > 0, .points = items, .first = first,
+                             .end = first + NPH_SHDOM_BLOCK < items ? first + NPH_SHDOM_BLOCK : items, .radiance = solver->radiance,
                              .moments = solver->moments};
+    if (means) {
+        gather.coefficients = 1;
+        gather.radiance = solver->mean;
+        gather.moments = row_of(solver, solver->moments, choice->angles.terms, choice->grid.point_count);
+    }
     NPH_LAUNCH(&solver->counts[worker], NPH_SHDOM_MOMENTS, gather.end - gather.first, solver->kernels.gather(&gather));
     return NPH_OK;
 }
 
-/* A coefficient each: what has been scattered once makes a source, then all that has been scattered the next one. */
+/* A coefficient each, then the means: what has been scattered once makes a source, then all that has been scattered the next one. */
 static NphStatus run_scatter(void *opaque, int64_t term, int worker) {
     NphShdomSolver *solver = opaque;
     const NphShdomChoice *choice = solver->choice;
-    int64_t points = choice->grid.point_count, end = (term + 1) * points;
+    int64_t points = choice->grid.point_count, begin = term * points, end = term < choice->angles.terms ? begin + points : nph_shdom_row(choice);
     int degree = 0, begins = solver->iteration == 0;
-    while ((int64_t)(degree + 1) * (degree + 1) <= term) degree++;
+    while (term < choice->angles.terms && (int64_t)(degree + 1) * (degree + 1) <= term) degree++;
     double factor = choice->albedo[solver->channel] * choice->angles.kept[degree];
-    void *source = row_of(solver, solver->source, solver->channel * (int64_t)choice->angles.terms, points);
+    void *source = row_of(solver, solver->source, solver->channel, nph_shdom_row(choice));
     if (begins)
         memcpy(row_of(solver, solver->first, term, points), row_of(solver, solver->moments, term, points),
-               (size_t)points * (size_t)(solver->precision / 8));
-    for (int64_t at = term * points; at < end; at += NPH_SHDOM_BLOCK) {
+               (size_t)(end - begin) * (size_t)(solver->precision / 8));
+    for (int64_t at = begin; at < end; at += NPH_SHDOM_BLOCK) {
         int64_t part[2] = {at, at + NPH_SHDOM_BLOCK < end ? at + NPH_SHDOM_BLOCK : end};
         if (begins) /* half of twice as much, to the bit */
             NPH_LAUNCH(&solver->counts[worker], NPH_SHDOM_FIRST, part[1] - part[0],
@@ -225,11 +241,13 @@ static NphStatus run_finish(void *opaque, int64_t block, int worker) {
     NphShdomSolver *solver = opaque;
     const NphShdomChoice *choice = solver->choice;
     int64_t points = choice->grid.point_count, first = block * NPH_SHDOM_BLOCK, end = first + NPH_SHDOM_BLOCK < points ? first + NPH_SHDOM_BLOCK : points;
-    int64_t rows = (int64_t)choice->channels * choice->angles.terms, all = rows * (1 + choice->looks);
+    int64_t terms = choice->angles.terms, rows = choice->channels * terms, all = rows * (1 + choice->looks);
     size_t real = (size_t)solver->precision / 8;
     double started = nph_seconds();
     for (int64_t r = 0; r < all; r++) {
-        const char *from = row_of(solver, r < rows ? solver->source : solver->beam, r < rows ? r : r - rows, points);
+        int64_t c = r % rows / terms, t = r % terms;
+        const char *from = r < rows ? row_of(solver, solver->source, c, nph_shdom_row(choice)) : row_of(solver, solver->beam, c * terms, points);
+        from += (size_t)(t * points) * real;
         for (int64_t p = first; p < end; p++) memcpy((char *)solver->field + real * (size_t)(p * all + r), from + real * (size_t)p, real);
     }
     NphStageCount *count = &solver->counts[worker].stage[NPH_SHDOM_FINISH];
@@ -239,19 +257,44 @@ static NphStatus run_finish(void *opaque, int64_t block, int worker) {
     return NPH_OK;
 }
 
+/* Bubbles of a channel's source, a block of cells. */
+static NphStatus run_bubbles(void *opaque, int64_t block, int worker) {
+    NphShdomSolver *solver = opaque;
+    const NphShdomChoice *choice = solver->choice;
+    int64_t cells = choice->grid.cell_count, first = block * NPH_SHDOM_BLOCK;
+    int64_t range[2] = {first, first + NPH_SHDOM_BLOCK < cells ? first + NPH_SHDOM_BLOCK : cells};
+    const void *source = row_of(solver, solver->source, solver->channel, nph_shdom_row(choice));
+    const void *means = (const char *)source + (size_t)(choice->grid.point_count * choice->angles.terms) * ((size_t)solver->precision / 8);
+    (void)worker;
+    solver->kernels.bubble(&choice->grid, source, means, range, solver->bubble_now);
+    return NPH_OK;
+}
+
+static NphStatus step_finish(NphShdomSolver *solver) {
+    int64_t cells = solver->choice->grid.cell_count;
+    for (solver->channel = 0; solver->channel < solver->choice->channels; solver->channel++) {
+        NPH_TRY(nph_pool_run(solver->context, nph_shdom_blocks(cells), run_bubbles, solver, NULL));
+        memcpy(row_of(solver, solver->bubble, solver->channel, cells), solver->bubble_now, (size_t)cells * (size_t)(solver->precision / 8));
+    }
+    solver->channel = 0;
+    return nph_pool_run(solver->context, nph_shdom_blocks(solver->choice->grid.point_count), run_finish, solver, NULL);
+}
+
 NphStatus nph_shdom_step(NphShdomSolver *solver, NphShdomStage stage) {
     const NphShdomChoice *choice = solver->choice;
     NphContext *context = solver->context;
     switch (stage) {
     case NPH_SHDOM_PROPERTIES: return nph_pool_run(context, nph_shdom_blocks(choice->grid.cell_count), run_properties, solver, NULL);
     case NPH_SHDOM_DIRECT: return step_direct(solver);
-    case NPH_SHDOM_SWEEP: return nph_pool_run(context, nph_shdom_group_size(choice, solver->group), run_sweep, solver, NULL);
+    case NPH_SHDOM_SWEEP:
+        if (solver->iteration > 0) NPH_TRY(nph_pool_run(context, nph_shdom_blocks(choice->grid.cell_count), run_bubbles, solver, NULL));
+        return nph_pool_run(context, nph_shdom_group_size(choice, solver->group), run_sweep, solver, NULL);
     case NPH_SHDOM_MOMENTS:
         set_factors(solver);
-        return nph_pool_run(context, nph_shdom_blocks(choice->grid.point_count), run_moments, solver, NULL);
+        return nph_pool_run(context, nph_shdom_blocks(choice->grid.point_count) + nph_shdom_blocks(choice->grid.cell_count), run_moments, solver, NULL);
     case NPH_SHDOM_FIRST:
-    case NPH_SHDOM_SCATTER: return nph_pool_run(context, choice->angles.terms, run_scatter, solver, NULL);
+    case NPH_SHDOM_SCATTER: return nph_pool_run(context, choice->angles.terms + 1, run_scatter, solver, NULL);
     case NPH_SHDOM_ACCELERATE: return nph_shdom_accelerate(solver);
-    default: return nph_pool_run(context, nph_shdom_blocks(choice->grid.point_count), run_finish, solver, NULL);
+    default: return step_finish(solver);
     }
 }
