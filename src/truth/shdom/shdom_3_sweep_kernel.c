@@ -4,8 +4,9 @@
  * Cells are all alike and have one extinction each, so that plane, the place on it and the length are the same for all points: with
  * tau = sigma length, e = e^-tau and a source function S + d, S linear between both places and d the same all over the cell,
  *   L      = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Olson87 eq. 19]
- *   mean L = (1 - e) / tau L_up + m_up S_up + m S + w d,      m = 1/2 - w / tau,  m_up = 1/2 - w_up / tau     (along the way)
- * L_up and S_up are interpolated between four points. The plane is one across the axis along which the ray is fastest: points of a
+ *   mean L = (1 - e) / tau L_up + m_up S_up + m S + w d,      m = 1/2 - w / tau,  m_up = 1/2 - w_up / tau
+ * L_up and S_up are interpolated between four points, for L along the ray through a point, for the mean of a cell along the one through
+ * its middle. The plane is one across the axis along which the ray is fastest: points of a
  * plane wait for the plane before it only. Where sides repeat along that axis, the first plane waits for the last one: rounds, until
  * they agree. Means of cells say what they scatter, where linear interpolation between corners would gain or lose light.
  * [density, share, bubble, source -> radiance, mean] */
@@ -22,10 +23,11 @@ enum { ROUNDS_MAX = 4096 };
 #define SETTLED 1e-12
 #endif
 
-/* Four points on the plane before, for every point of a row; bubble: d. */
+/* Four points on the plane before, and four on its own, for every point of a row. bubble: d; weights of the ray through the point; of the
+ * one through the middle of its cell, where it enters and leaves. */
 typedef struct Row {
-    const Real *L[4], *S[4], *own, *density, *share, *bubble;
-    Real weight[4], depth; /* depth: of density 1 */
+    const Real *L[4], *S[4], *own[4], *density, *share, *bubble;
+    Real weight[4], enters[4], leaves[4], depth; /* depth: of density 1 */
 } Row;
 
 /* Parts of the source here (w, m) and there (w_up, m_up); series where the differences lose their digits: m = tau q, w = tau (1/2 - m). */
@@ -46,26 +48,33 @@ R_INLINE Parts parts_of(Real t) {
     return parts;
 }
 
+R_INLINE Real four(const Real weight[4], const Real *const from[4], int64_t at) {
+    return weight[0] * from[0][at] + weight[1] * from[1][at] + weight[2] * from[2][at] + weight[3] * from[3][at];
+}
+
 R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell, Real *mean) {
     Parts parts = parts_of(row->density[cell] * row->depth);
-    Real share = row->share[cell], bubble = row->bubble[cell];
-    Real L = row->weight[0] * row->L[0][point] + row->weight[1] * row->L[1][point] + row->weight[2] * row->L[2][point] + row->weight[3] * row->L[3][point];
-    Real S = row->weight[0] * row->S[0][point] + row->weight[1] * row->S[1][point] + row->weight[2] * row->S[2][point] + row->weight[3] * row->S[3][point];
-    *mean = parts.mean_passes * L + share * (parts.mean_far * S + parts.mean_own * row->own[point]) + parts.own * bubble;
-    return parts.passes * L + share * (parts.far * S + parts.own * row->own[point]) + (R(1.0) - parts.passes) * bubble;
+    Real share = row->share[cell], bubble = row->bubble[cell], L = four(row->weight, row->L, point), S = four(row->weight, row->S, point);
+    Real enters = four(row->enters, row->L, point), away = four(row->enters, row->S, point), near = four(row->leaves, row->own, point);
+    *mean = parts.mean_passes * enters + share * (parts.mean_far * away + parts.mean_own * near) + parts.own * bubble;
+    return parts.passes * L + share * (parts.far * S + parts.own * row->own[0][point]) + (R(1.0) - parts.passes) * bubble;
 }
 
 R_OUTLINE void step_row(const Row *given, int count, Real *restrict mean, Real *restrict out) {
     const Row row = *given;
-    const Real *restrict density = row.density, *restrict share = row.share, *restrict own = row.own, *restrict bubble = row.bubble;
+    const Real *restrict density = row.density, *restrict share = row.share, *restrict bubble = row.bubble;
     const Real *restrict L0 = row.L[0], *restrict L1 = row.L[1], *restrict L2 = row.L[2], *restrict L3 = row.L[3];
     const Real *restrict S0 = row.S[0], *restrict S1 = row.S[1], *restrict S2 = row.S[2], *restrict S3 = row.S[3];
+    const Real *restrict own0 = row.own[0], *restrict own1 = row.own[1], *restrict own2 = row.own[2], *restrict own3 = row.own[3];
     for (int i = 0; i < count; i++) { /* vec */
         Parts parts = parts_of(density[i] * row.depth);
         Real L = row.weight[0] * L0[i] + row.weight[1] * L1[i] + row.weight[2] * L2[i] + row.weight[3] * L3[i];
         Real S = row.weight[0] * S0[i] + row.weight[1] * S1[i] + row.weight[2] * S2[i] + row.weight[3] * S3[i];
-        mean[i] = parts.mean_passes * L + share[i] * (parts.mean_far * S + parts.mean_own * own[i]) + parts.own * bubble[i];
-        out[i] = parts.passes * L + share[i] * (parts.far * S + parts.own * own[i]) + (R(1.0) - parts.passes) * bubble[i];
+        Real enters = row.enters[0] * L0[i] + row.enters[1] * L1[i] + row.enters[2] * L2[i] + row.enters[3] * L3[i];
+        Real away = row.enters[0] * S0[i] + row.enters[1] * S1[i] + row.enters[2] * S2[i] + row.enters[3] * S3[i];
+        Real near = row.leaves[0] * own0[i] + row.leaves[1] * own1[i] + row.leaves[2] * own2[i] + row.leaves[3] * own3[i];
+        mean[i] = parts.mean_passes * enters + share[i] * (parts.mean_far * away + parts.mean_own * near) + parts.own * bubble[i];
+        out[i] = parts.passes * L + share[i] * (parts.far * S + parts.own * own0[i]) + (R(1.0) - parts.passes) * bubble[i];
     }
 }
 
@@ -74,7 +83,7 @@ typedef struct Way {
     const NphShdomSweep *sweep;
     int axis[3], sign[3];
     int64_t points[3], cells[3], point_step[3], cell_step[3];
-    Real weight[4], depth, border;
+    Real weight[4], enters[4], leaves[4], depth, border;
     const Real *density, *share, *bubble, *projected;
     Real *radiance, *mean;
 } Way;
@@ -119,44 +128,45 @@ R_INLINE int64_t between(const Way *way, int k, int64_t at) {
     return cell < 0 ? way->cells[k] - 1 : cell;
 }
 
+/* Corner i of a plane's four: bit 0 upstream along b, bit 1 along c. */
+static void set_row(const Way *way, const int64_t planes[2], const int64_t b[2], const int64_t c[2], Row *row) {
+    for (int i = 0; i < 4; i++) {
+        int64_t within = b[i & 1] * way->point_step[1] + c[i >> 1] * way->point_step[2];
+        row->L[i] = way->radiance + planes[1] * way->point_step[0] + within;
+        row->S[i] = way->projected + planes[1] * way->point_step[0] + within;
+        row->own[i] = way->projected + planes[0] * way->point_step[0] + within;
+        row->weight[i] = way->weight[i];
+        row->enters[i] = way->enters[i];
+        row->leaves[i] = way->leaves[i];
+    }
+    row->depth = way->depth;
+}
+
 /* A point by itself: at the rim, or in a row that is not one in memory. */
 static Real step_point(const Way *way, const int64_t at[3]) {
-    int64_t up[3], own = 0, cell = 0, corner[4];
+    int64_t up[3], cell = 0;
     for (int k = 0; k < 3; k++) {
         up[k] = before(way, k, at[k]);
         if (up[k] < 0) return way->border;
-        own += at[k] * way->point_step[k];
         cell += between(way, k, at[k]) * way->cell_step[k];
     }
-    for (int i = 0; i < 4; i++)
-        corner[i] = up[0] * way->point_step[0] + (i & 1 ? up[1] : at[1]) * way->point_step[1] + (i & 2 ? up[2] : at[2]) * way->point_step[2];
-    Row row = {.own = way->projected + own, .density = way->density, .share = way->share, .bubble = way->bubble, .depth = way->depth};
-    for (int i = 0; i < 4; i++) {
-        row.L[i] = way->radiance + corner[i];
-        row.S[i] = way->projected + corner[i];
-        row.weight[i] = way->weight[i];
-    }
+    Row row = {.density = way->density, .share = way->share, .bubble = way->bubble};
+    set_row(way, (int64_t[2]){at[0], up[0]}, (int64_t[2]){at[1], up[1]}, (int64_t[2]){at[2], up[2]}, &row);
     return step_at(&row, 0, cell, way->mean + cell);
 }
 
 /* All points of a row but the one at its upstream end. */
-static void step_inner(const Way *way, const int64_t plane[2], const int64_t line[2], int64_t cell) {
+static void step_inner(const Way *way, const int64_t planes[2], const int64_t lines[2], int64_t cell) {
     int64_t first = way->sign[1] > 0, steps = way->point_step[1];
-    int64_t base = plane[0] * way->point_step[0] + line[0] * way->point_step[2] + first * steps;
-    Row row = {.own = way->projected + base, .density = way->density + cell, .share = way->share + cell,
-               .bubble = way->bubble + cell, .depth = way->depth};
-    for (int i = 0; i < 4; i++) {
-        int64_t corner = plane[1] * way->point_step[0] + line[i >> 1] * way->point_step[2] + (first - (i & 1 ? way->sign[1] : 0)) * steps;
-        row.L[i] = way->radiance + corner;
-        row.S[i] = way->projected + corner;
-        row.weight[i] = way->weight[i];
-    }
+    Real *out = way->radiance + planes[0] * way->point_step[0] + lines[0] * way->point_step[2] + first * steps, *mean = way->mean + cell;
+    Row row = {.density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell};
+    set_row(way, planes, (int64_t[2]){first, first - way->sign[1]}, lines, &row);
     int count = (int)way->points[1] - 1;
     if (steps == 1) {
-        step_row(&row, count, way->mean + cell, way->radiance + base);
+        step_row(&row, count, mean, out);
         return;
     }
-    for (int i = 0; i < count; i++) way->radiance[base + i * steps] = step_at(&row, i * steps, i * way->cell_step[1], way->mean + cell + i * way->cell_step[1]);
+    for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], mean + i * way->cell_step[1]);
 }
 
 /* at: of the plane along the fastest axis. */
@@ -211,7 +221,12 @@ static void lay_out(const NphShdomSweep *sweep, Way *way) {
         way->cell_step[k] = cell_step[a];
         part[k] = nph_abs(sweep->along[a]) * length;
     }
-    for (int i = 0; i < 4; i++) way->weight[i] = (Real)((i & 1 ? part[1] : 1.0 - part[1]) * (i & 2 ? part[2] : 1.0 - part[2]));
+    for (int i = 0; i < 4; i++) {
+        double b = i & 1 ? part[1] : 1.0 - part[1], c = i & 2 ? part[2] : 1.0 - part[2];
+        way->weight[i] = (Real)(b * c);
+        way->enters[i] = (Real)(0.25 * (i & 1 ? 1.0 + part[1] : 1.0 - part[1]) * (i & 2 ? 1.0 + part[2] : 1.0 - part[2]));
+        way->leaves[i] = (Real)(0.25 * (i & 1 ? 1.0 - part[1] : 1.0 + part[1]) * (i & 2 ? 1.0 - part[2] : 1.0 + part[2]));
+    }
     way->depth = (Real)(sweep->extinction * length);
     way->border = (Real)sweep->border;
 }
