@@ -77,6 +77,7 @@ enum {
     NPH_SHDOM_KNOB_BANDS,
     NPH_SHDOM_KNOB_POLAR,
     NPH_SHDOM_KNOB_AZIMUTHS,
+    NPH_SHDOM_KNOB_CUBIC,
     NPH_SHDOM_KNOB_DELTA_M,
     NPH_SHDOM_KNOB_SINGLE,
     NPH_SHDOM_KNOB_PREFILTER,
@@ -96,6 +97,7 @@ typedef struct NphShdomChoice {
     int solved;       /* something is scattered, of some light */
     int channels;     /* that are solved for: 1 when media and lights are grey, else 3 */
     int looks;        /* cameras look up first scattering in the grid too (parts of field: 2, else 1) */
+    int cubic;        /* radiance is interpolated by cubics */
     int history;      /* sources that accelerate looks back on */
     NphShdomGrid grid;
     NphShdomAngles angles;

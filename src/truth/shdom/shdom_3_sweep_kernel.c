@@ -26,7 +26,7 @@ enum { ROUNDS_MAX = 4096 };
 /* Four points on the plane before, and four on its own, for every point of a row. bubble: d; weights of the ray through the point; of the
  * one through the middle of its cell, where it enters and leaves. */
 typedef struct Row {
-    const Real *L[4], *S[4], *own[4], *density, *share, *bubble;
+    const Real *up, *L[4], *S[4], *own[4], *density, *share, *bubble; /* up: L where the ray through the point comes from */
     Real weight[4], enters[4], leaves[4], depth; /* depth: of density 1 */
 } Row;
 
@@ -52,29 +52,28 @@ R_INLINE Real four(const Real weight[4], const Real *const from[4], int64_t at) 
     return weight[0] * from[0][at] + weight[1] * from[1][at] + weight[2] * from[2][at] + weight[3] * from[3][at];
 }
 
-R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell, Real *mean) {
+R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell, Real up, Real *mean) {
     Parts parts = parts_of(row->density[cell] * row->depth);
-    Real share = row->share[cell], bubble = row->bubble[cell], L = four(row->weight, row->L, point), S = four(row->weight, row->S, point);
+    Real share = row->share[cell], bubble = row->bubble[cell], S = four(row->weight, row->S, point);
     Real enters = four(row->enters, row->L, point), away = four(row->enters, row->S, point), near = four(row->leaves, row->own, point);
     *mean = parts.mean_passes * enters + share * (parts.mean_far * away + parts.mean_own * near) + parts.own * bubble;
-    return parts.passes * L + share * (parts.far * S + parts.own * row->own[0][point]) + (R(1.0) - parts.passes) * bubble;
+    return parts.passes * up + share * (parts.far * S + parts.own * row->own[0][point]) + (R(1.0) - parts.passes) * bubble;
 }
 
 R_OUTLINE void step_row(const Row *given, int count, Real *restrict mean, Real *restrict out) {
     const Row row = *given;
-    const Real *restrict density = row.density, *restrict share = row.share, *restrict bubble = row.bubble;
+    const Real *restrict up = row.up, *restrict density = row.density, *restrict share = row.share, *restrict bubble = row.bubble;
     const Real *restrict L0 = row.L[0], *restrict L1 = row.L[1], *restrict L2 = row.L[2], *restrict L3 = row.L[3];
     const Real *restrict S0 = row.S[0], *restrict S1 = row.S[1], *restrict S2 = row.S[2], *restrict S3 = row.S[3];
     const Real *restrict own0 = row.own[0], *restrict own1 = row.own[1], *restrict own2 = row.own[2], *restrict own3 = row.own[3];
     for (int i = 0; i < count; i++) { /* vec */
         Parts parts = parts_of(density[i] * row.depth);
-        Real L = row.weight[0] * L0[i] + row.weight[1] * L1[i] + row.weight[2] * L2[i] + row.weight[3] * L3[i];
         Real S = row.weight[0] * S0[i] + row.weight[1] * S1[i] + row.weight[2] * S2[i] + row.weight[3] * S3[i];
         Real enters = row.enters[0] * L0[i] + row.enters[1] * L1[i] + row.enters[2] * L2[i] + row.enters[3] * L3[i];
         Real away = row.enters[0] * S0[i] + row.enters[1] * S1[i] + row.enters[2] * S2[i] + row.enters[3] * S3[i];
         Real near = row.leaves[0] * own0[i] + row.leaves[1] * own1[i] + row.leaves[2] * own2[i] + row.leaves[3] * own3[i];
         mean[i] = parts.mean_passes * enters + share[i] * (parts.mean_far * away + parts.mean_own * near) + parts.own * bubble[i];
-        out[i] = parts.passes * L + share[i] * (parts.far * S + parts.own * own0[i]) + (R(1.0) - parts.passes) * bubble[i];
+        out[i] = parts.passes * up[i] + share[i] * (parts.far * S + parts.own * own0[i]) + (R(1.0) - parts.passes) * bubble[i];
     }
 }
 
@@ -85,7 +84,8 @@ typedef struct Way {
     int64_t points[3], cells[3], point_step[3], cell_step[3];
     Real weight[4], enters[4], leaves[4], depth, border;
     const Real *density, *share, *bubble, *projected;
-    Real *radiance, *mean;
+    Real *radiance, *mean, *rows[2];  /* rows: of a plane, with two places more at either end */
+    Real cubic[2][4];                 /* weights along b and c: behind, own, upstream, beyond */
 } Way;
 
 /* sum over coefficients of basis times source, at every point. */
@@ -143,7 +143,7 @@ static void set_row(const Way *way, const int64_t planes[2], const int64_t b[2],
 }
 
 /* A point by itself: at the rim, or in a row that is not one in memory. */
-static Real step_point(const Way *way, const int64_t at[3]) {
+static Real step_point(const Way *way, const int64_t at[3], Real above) {
     int64_t up[3], cell = 0;
     for (int k = 0; k < 3; k++) {
         up[k] = before(way, k, at[k]);
@@ -152,7 +152,7 @@ static Real step_point(const Way *way, const int64_t at[3]) {
     }
     Row row = {.density = way->density, .share = way->share, .bubble = way->bubble};
     set_row(way, (int64_t[2]){at[0], up[0]}, (int64_t[2]){at[1], up[1]}, (int64_t[2]){at[2], up[2]}, &row);
-    return step_at(&row, 0, cell, way->mean + cell);
+    return step_at(&row, 0, cell, above, way->mean + cell);
 }
 
 /* All points of a row but the one at its upstream end. */
@@ -161,12 +161,58 @@ static void step_inner(const Way *way, const int64_t planes[2], const int64_t li
     Real *out = way->radiance + planes[0] * way->point_step[0] + lines[0] * way->point_step[2] + first * steps, *mean = way->mean + cell;
     Row row = {.density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell};
     set_row(way, planes, (int64_t[2]){first, first - way->sign[1]}, lines, &row);
+    row.up = way->rows[1] + first;
     int count = (int)way->points[1] - 1;
     if (steps == 1) {
         step_row(&row, count, mean, out);
         return;
     }
-    for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], mean + i * way->cell_step[1]);
+    for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], row.up[i], mean + i * way->cell_step[1]);
+}
+
+R_OUTLINE void mix_rows(const Real weight[4], const Real *const from[4], int count, Real *restrict out) {
+    const Real *restrict a = from[0], *restrict b = from[1], *restrict c = from[2], *restrict d = from[3];
+    const Real p = weight[0], q = weight[1], r = weight[2], s = weight[3];
+    for (int i = 0; i < count; i++) /* vec */
+        out[i] = (p * a[i] + q * b[i]) + (r * c[i] + s * d[i]);
+}
+
+/* Places along axis k: behind a point, its own, upstream, beyond; where a side is open, what would lie outside goes on in a line. */
+static void four_places(const Way *way, int k, int64_t at, int64_t place[4], Real weight[4]) {
+    int64_t n = way->points[k];
+    for (int i = 0; i < 4; i++) {
+        place[i] = at + (1 - i) * way->sign[k];
+        weight[i] = way->cubic[k - 1][i];
+        if (way->sweep->grid->periodic[way->axis[k]]) place[i] = (place[i] % n + n) % n;
+    }
+    for (int i = 0; i < 4; i += 3) {
+        int inner = i == 0 ? 1 : 2, outer = i == 0 ? 2 : 1;
+        if (place[i] >= 0 && place[i] < n) continue;
+        weight[inner] += R(2.0) * weight[i];
+        weight[outer] -= weight[i];
+        weight[i] = R(0.0);
+        place[i] = place[inner];
+    }
+}
+
+/* Radiance of the plane before where the rays through a row come from: across it first, then along it. */
+static void fill_up(const Way *way, int64_t plane, int64_t c) {
+    int64_t place[4], n = way->points[1], steps = way->point_step[1];
+    Real weight[4], *across = way->rows[0];
+    const Real *from[4];
+    four_places(way, 2, c, place, weight);
+    for (int i = 0; i < 4; i++) from[i] = way->radiance + plane * way->point_step[0] + place[i] * way->point_step[2];
+    if (steps == 1) mix_rows(weight, from, (int)n, across);
+    else
+        for (int64_t b = 0; b < n; b++)
+            across[b] = (weight[0] * from[0][b * steps] + weight[1] * from[1][b * steps]) + (weight[2] * from[2][b * steps] + weight[3] * from[3][b * steps]);
+    int periodic = way->sweep->grid->periodic[way->axis[1]];
+    for (int64_t i = 1; i <= 2; i++) {
+        across[-i] = periodic ? across[((-i) % n + n) % n] : across[0] + (Real)i * (across[0] - across[1]);
+        across[n - 1 + i] = periodic ? across[(i - 1) % n] : across[n - 1] + (Real)i * (across[n - 1] - across[n - 2]);
+    }
+    for (int i = 0; i < 4; i++) from[i] = across + (1 - i) * way->sign[1];
+    mix_rows(way->cubic[0], from, (int)n, way->rows[1]);
 }
 
 /* at: of the plane along the fastest axis. */
@@ -174,7 +220,8 @@ static void step_plane(const Way *way, int64_t at) {
     int64_t up = before(way, 0, at), slab = between(way, 0, at), last = way->sign[1] > 0 ? 0 : way->points[1] - 1;
     for (int64_t c = 0; c < way->points[2]; c++) {
         int64_t above = before(way, 2, c), place[3] = {at, last, c}, row = at * way->point_step[0] + c * way->point_step[2];
-        way->radiance[row + last * way->point_step[1]] = step_point(way, place);
+        if (up >= 0 && above >= 0) fill_up(way, up, c);
+        way->radiance[row + last * way->point_step[1]] = step_point(way, place, way->rows[1][last]);
         if (up >= 0 && above >= 0) {
             step_inner(way, (int64_t[2]){at, up}, (int64_t[2]){c, above}, slab * way->cell_step[0] + between(way, 2, c) * way->cell_step[2]);
             continue;
@@ -199,6 +246,18 @@ static Real step_round(const Way *way, Real *kept) {
         }
     }
     return change > SETTLED * most ? R(1.0) : R(0.0);
+}
+
+/* Weights of four places at 1, 0, -1, -2 for what lies at -part: Lagrange's polynomial of third degree, or a line. */
+static void set_cubic(double part, int cubic, Real weight[4]) {
+    double f = part, of[4] = {0.0, 1.0 - f, f, 0.0};
+    if (cubic) {
+        of[0] = -f * (f - 1.0) * (f - 2.0) / 6.0;
+        of[1] = 0.5 * (f + 1.0) * (f - 1.0) * (f - 2.0);
+        of[2] = -0.5 * (f + 1.0) * f * (f - 2.0);
+        of[3] = (f + 1.0) * f * (f - 1.0) / 6.0;
+    }
+    for (int i = 0; i < 4; i++) weight[i] = (Real)of[i];
 }
 
 /* Axis a is the one along which the ray is fastest; rows lie along x wherever they can. */
@@ -227,6 +286,7 @@ static void lay_out(const NphShdomSweep *sweep, Way *way) {
         way->enters[i] = (Real)(0.25 * (i & 1 ? 1.0 + part[1] : 1.0 - part[1]) * (i & 2 ? 1.0 + part[2] : 1.0 - part[2]));
         way->leaves[i] = (Real)(0.25 * (i & 1 ? 1.0 - part[1] : 1.0 + part[1]) * (i & 2 ? 1.0 - part[2] : 1.0 + part[2]));
     }
+    for (int k = 0; k < 2; k++) set_cubic(part[1 + k], sweep->cubic, way->cubic[k]);
     way->depth = (Real)(sweep->extinction * length);
     way->border = (Real)sweep->border;
 }
@@ -234,8 +294,10 @@ static void lay_out(const NphShdomSweep *sweep, Way *way) {
 int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep) {
     Way way = {.sweep = sweep, .density = sweep->density, .share = sweep->share, .bubble = sweep->bubble, .projected = sweep->projected,
                .radiance = sweep->radiance, .mean = sweep->mean};
-    Real *projected = sweep->projected, *kept = projected + sweep->grid->point_count; /* room for a plane behind it */
+    Real *projected = sweep->projected, *kept = projected + sweep->grid->point_count; /* a plane and two rows behind it */
     lay_out(sweep, &way);
+    way.rows[0] = kept + way.points[1] * way.points[2] + 2;
+    way.rows[1] = way.rows[0] + way.points[1] + 2;
     project(sweep, projected);
     if (!sweep->grid->periodic[way.axis[0]]) {
         (void)step_round(&way, NULL);

@@ -28,10 +28,11 @@ typedef struct NphShdomSweep {
     int coefficients;
     double along[3];     /* in the grid's space, of one metre on the ordinate */
     double extinction;   /* per unit of density [1/m] */
+    int cubic;           /* radiance is interpolated by polynomials of third degree, else linearly */
     double border;       /* radiance that comes in at open sides */
     const void *density, *share, *bubble; /* [cell]; share: how much the source counts; bubble: what comes on top of it */
     const void *source;  /* [coefficient][point] */
-    void *projected;     /* [point]: of the worker */
+    void *projected;     /* of the worker: [point], the largest plane, two rows and eight numbers more */
     void *radiance, *mean; /* [point]; [cell] */
 } NphShdomSweep;
 

@@ -29,9 +29,12 @@ typedef struct Sizes {
 
 static Sizes sizes_of(const NphShdomChoice *choice) {
     const NphShdomGrid *grid = &choice->grid;
-    int64_t plane = 0;
-    for (int a = 0; a < 3; a++) plane = grid->point_count / grid->points[a] > plane ? grid->point_count / grid->points[a] : plane;
-    Sizes sizes = {(size_t)grid->cell_count, (size_t)grid->point_count, (size_t)nph_shdom_row(choice), (size_t)(grid->point_count + plane),
+    int64_t plane = 0, row = 0;
+    for (int a = 0; a < 3; a++) {
+        plane = grid->point_count / grid->points[a] > plane ? grid->point_count / grid->points[a] : plane;
+        row = grid->points[a] > row ? grid->points[a] : row;
+    }
+    Sizes sizes = {(size_t)grid->cell_count, (size_t)grid->point_count, (size_t)nph_shdom_row(choice), (size_t)(grid->point_count + plane + 2 * row + 8),
                    (size_t)(grid->point_count * choice->angles.terms), 0};
     sizes.dots = (size_t)nph_shdom_blocks((int64_t)sizes.rows) * (size_t)(choice->history + 2);
     return sizes;
@@ -137,7 +140,7 @@ static NphStatus run_sweep(void *opaque, int64_t number, int worker) {
     nph_shdom_ordinate(&choice->angles, ordinate, d);
     nph_shdom_harmonics(choice->angles.bands, d, basis);
     NphShdomSweep sweep = {.grid = grid, .basis = basis, .coefficients = choice->angles.terms, .extinction = choice->extinction[c],
-                           .density = solver->density, .projected = solver->projected[worker]};
+                           .density = solver->density, .projected = solver->projected[worker], .cubic = choice->cubic};
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) sweep.along[a] += grid->from_local[4 * a + b] * d[b];
     int64_t row = nph_shdom_row(choice);
