@@ -3,12 +3,12 @@
  * shdom.sweep: the radiance of one ordinate at every point, from the point where its ray last crossed a plane of the grid [Kunasz88].
  * Cells are all alike and have one extinction each, so that plane, the place on it and the length are the same for all points: with
  * tau = sigma length, e = e^-tau and a source function S + d, S linear between both places and d the same all over the cell,
- *   L      = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Olson87 eq. 19]
- *   mean L = (1 - e) / tau L_up + m_up S_up + m S + w d,      m = 1/2 - w / tau,  m_up = 1/2 - w_up / tau
- * L_up and S_up are interpolated between four points, for L along the ray through a point, for the mean of a cell along the one through
- * its middle. The plane is one across the axis along which the ray is fastest: points of a
- * plane wait for the plane before it only. Where sides repeat along that axis, the first plane waits for the last one: rounds, until
- * they agree. Means of cells say what they scatter, where linear interpolation between corners would gain or lose light.
+ *   L = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Olson87 eq. 19]
+ * L_up and S_up are interpolated on the plane, which is one across the axis along which the ray is fastest: points of a plane wait for
+ * the plane before it only. Where sides repeat along that axis, the first plane waits for the last one: rounds, until they agree.
+ * The mean radiance of a cell is what keeps its books, from the means over its faces,
+ *   mean L = mean S + d - sum over axes of f_a (L_out - L_in) / tau,      f_a: cells along axis a per step
+ * so that what cells scatter, who have their own source for it, is what does not come out: no light is gained or lost between points.
  * [density, share, bubble, source -> radiance, mean] */
 #include <string.h>
 
@@ -23,57 +23,75 @@ enum { ROUNDS_MAX = 4096 };
 #define SETTLED 1e-12
 #endif
 
-/* Four points on the plane before, and four on its own, for every point of a row. bubble: d; weights of the ray through the point; of the
- * one through the middle of its cell, where it enters and leaves. */
+/* Of a row of points: where its rays come from, radiance and four points of the source. bubble: d. */
 typedef struct Row {
-    const Real *up, *L[4], *S[4], *own[4], *density, *share, *bubble; /* up: L where the ray through the point comes from */
-    Real weight[4], enters[4], leaves[4], depth; /* depth: of density 1 */
+    const Real *up, *S[4], *own, *density, *share, *bubble;
+    Real weight[4], depth; /* depth: of density 1 */
 } Row;
 
-/* Parts of the source here (w, m) and there (w_up, m_up); series where the differences lose their digits: m = tau q, w = tau (1/2 - m). */
+/* e, w and w_up; series where the differences lose their digits. */
 typedef struct Parts {
-    Real passes, mean_passes, own, far, mean_own, mean_far;
+    Real passes, own, far;
 } Parts;
 
 R_INLINE Parts parts_of(Real t) {
-    Real e = r_exp(-t), safe = t < R(0.0625) ? R(1.0) : t, inverse = R(1.0) / safe;
+    Real e = r_exp(-t), safe = t < R(0.0625) ? R(1.0) : t;
     Real near = t * (R(1.0) / R(6.0) - t * (R(1.0) / R(24.0) - t * (R(1.0) / R(120.0) - t * (R(1.0) / R(720.0) - t * (R(1.0) / R(5040.0) -
                     t * (R(1.0) / R(40320.0) - t * (R(1.0) / R(362880.0))))))));
     Real away = t * (R(1.0) / R(3.0) - t * (R(1.0) / R(8.0) - t * (R(1.0) / R(30.0) - t * (R(1.0) / R(144.0) - t * (R(1.0) / R(840.0) -
                     t * (R(1.0) / R(5760.0) - t * (R(1.0) / R(45360.0))))))));
     int thin = t < R(0.0625);
-    Real own = thin ? t * (R(0.5) - near) : R(1.0) - (R(1.0) - e) * inverse;
-    Real far = thin ? t * (R(0.5) - away) : (R(1.0) - e) - own;
-    Parts parts = {e, R(1.0) - own, own, far, thin ? near : R(0.5) - own * inverse, thin ? away : R(0.5) - far * inverse};
+    Real own = thin ? t * (R(0.5) - near) : R(1.0) - (R(1.0) - e) / safe, far = thin ? t * (R(0.5) - away) : (R(1.0) - e) - own;
+    Parts parts = {e, own, far};
     return parts;
 }
 
-R_INLINE Real four(const Real weight[4], const Real *const from[4], int64_t at) {
-    return weight[0] * from[0][at] + weight[1] * from[1][at] + weight[2] * from[2][at] + weight[3] * from[3][at];
-}
-
-R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell, Real up, Real *mean) {
+R_INLINE Real step_at(const Row *row, int64_t point, int64_t cell, Real up) {
     Parts parts = parts_of(row->density[cell] * row->depth);
-    Real share = row->share[cell], bubble = row->bubble[cell], S = four(row->weight, row->S, point);
-    Real enters = four(row->enters, row->L, point), away = four(row->enters, row->S, point), near = four(row->leaves, row->own, point);
-    *mean = parts.mean_passes * enters + share * (parts.mean_far * away + parts.mean_own * near) + parts.own * bubble;
-    return parts.passes * up + share * (parts.far * S + parts.own * row->own[0][point]) + (R(1.0) - parts.passes) * bubble;
+    Real S = row->weight[0] * row->S[0][point] + row->weight[1] * row->S[1][point] + row->weight[2] * row->S[2][point] + row->weight[3] * row->S[3][point];
+    return parts.passes * up + row->share[cell] * (parts.far * S + parts.own * row->own[point]) + (R(1.0) - parts.passes) * row->bubble[cell];
 }
 
-R_OUTLINE void step_row(const Row *given, int count, Real *restrict mean, Real *restrict out) {
+R_OUTLINE void step_row(const Row *given, int count, Real *restrict out) {
     const Row row = *given;
-    const Real *restrict up = row.up, *restrict density = row.density, *restrict share = row.share, *restrict bubble = row.bubble;
-    const Real *restrict L0 = row.L[0], *restrict L1 = row.L[1], *restrict L2 = row.L[2], *restrict L3 = row.L[3];
-    const Real *restrict S0 = row.S[0], *restrict S1 = row.S[1], *restrict S2 = row.S[2], *restrict S3 = row.S[3];
-    const Real *restrict own0 = row.own[0], *restrict own1 = row.own[1], *restrict own2 = row.own[2], *restrict own3 = row.own[3];
+    const Real *restrict density = row.density, *restrict share = row.share, *restrict bubble = row.bubble, *restrict up = row.up;
+    const Real *restrict S0 = row.S[0], *restrict S1 = row.S[1], *restrict S2 = row.S[2], *restrict S3 = row.S[3], *restrict own = row.own;
     for (int i = 0; i < count; i++) { /* vec */
         Parts parts = parts_of(density[i] * row.depth);
         Real S = row.weight[0] * S0[i] + row.weight[1] * S1[i] + row.weight[2] * S2[i] + row.weight[3] * S3[i];
-        Real enters = row.enters[0] * L0[i] + row.enters[1] * L1[i] + row.enters[2] * L2[i] + row.enters[3] * L3[i];
-        Real away = row.enters[0] * S0[i] + row.enters[1] * S1[i] + row.enters[2] * S2[i] + row.enters[3] * S3[i];
-        Real near = row.leaves[0] * own0[i] + row.leaves[1] * own1[i] + row.leaves[2] * own2[i] + row.leaves[3] * own3[i];
-        mean[i] = parts.mean_passes * enters + share[i] * (parts.mean_far * away + parts.mean_own * near) + parts.own * bubble[i];
-        out[i] = parts.passes * up[i] + share[i] * (parts.far * S + parts.own * own0[i]) + (R(1.0) - parts.passes) * bubble[i];
+        out[i] = parts.passes * up[i] + share[i] * (parts.far * S + parts.own * own[i]) + (R(1.0) - parts.passes) * bubble[i];
+    }
+}
+
+/* Of a row of cells: four rows of corners, own and upstream along c (bit 0) and a (bit 1), each at a cell's two ends along b; what leaves
+ * through the downstream faces less what enters. */
+typedef struct Books {
+    const Real *L[4], *S[4], *density, *share, *bubble;
+    Real weight[4][2], depth;
+} Books;
+
+R_INLINE Real mean_of(const Books *books, int64_t at, int64_t next, int64_t cell) {
+    Real tau = books->density[cell] * books->depth, leaves = R(0.0), S = R(0.0);
+    for (int k = 0; k < 4; k++) {
+        leaves += books->weight[k][0] * books->L[k][at] + books->weight[k][1] * books->L[k][next];
+        S += books->S[k][at] + books->S[k][next];
+    }
+    Real safe = tau > R(1e-20) ? tau : R(1.0), kept = R(0.125) * S * books->share[cell] + books->bubble[cell] - leaves / safe;
+    return tau > R(1e-20) ? kept : R(0.0);
+}
+
+R_OUTLINE void mean_row(const Books *given, int count, Real *restrict out) {
+    const Books books = *given;
+    const Real *restrict density = books.density, *restrict share = books.share, *restrict bubble = books.bubble;
+    const Real *restrict L0 = books.L[0], *restrict L1 = books.L[1], *restrict L2 = books.L[2], *restrict L3 = books.L[3];
+    const Real *restrict S0 = books.S[0], *restrict S1 = books.S[1], *restrict S2 = books.S[2], *restrict S3 = books.S[3];
+    for (int i = 0; i < count; i++) { /* vec */
+        Real tau = density[i] * books.depth, safe = tau > R(1e-20) ? tau : R(1.0);
+        Real leaves = books.weight[0][0] * L0[i] + books.weight[0][1] * L0[i + 1] + books.weight[1][0] * L1[i] + books.weight[1][1] * L1[i + 1] +
+                      books.weight[2][0] * L2[i] + books.weight[2][1] * L2[i + 1] + books.weight[3][0] * L3[i] + books.weight[3][1] * L3[i + 1];
+        Real S = S0[i] + S0[i + 1] + S1[i] + S1[i + 1] + S2[i] + S2[i + 1] + S3[i] + S3[i + 1];
+        Real kept = R(0.125) * S * share[i] + bubble[i] - leaves / safe;
+        out[i] = tau > R(1e-20) ? kept : R(0.0);
     }
 }
 
@@ -82,10 +100,10 @@ typedef struct Way {
     const NphShdomSweep *sweep;
     int axis[3], sign[3];
     int64_t points[3], cells[3], point_step[3], cell_step[3];
-    Real weight[4], enters[4], leaves[4], depth, border;
+    Real weight[4], part[3], depth, border;
     const Real *density, *share, *bubble, *projected;
-    Real *radiance, *mean, *rows[2];  /* rows: of a plane, with two places more at either end */
-    Real cubic[2][4];                 /* weights along b and c: behind, own, upstream, beyond */
+    Real *radiance, *mean, *rows[2];  /* rows: of a plane, with two places more at either end; as its radiance comes from it */
+    Real cubic[2][4];                 /* along b and c: behind, own, upstream, beyond */
 } Way;
 
 /* sum over coefficients of basis times source, at every point. */
@@ -130,20 +148,16 @@ R_INLINE int64_t between(const Way *way, int k, int64_t at) {
 
 /* Corner i of a plane's four: bit 0 upstream along b, bit 1 along c. */
 static void set_row(const Way *way, const int64_t planes[2], const int64_t b[2], const int64_t c[2], Row *row) {
-    for (int i = 0; i < 4; i++) {
-        int64_t within = b[i & 1] * way->point_step[1] + c[i >> 1] * way->point_step[2];
-        row->L[i] = way->radiance + planes[1] * way->point_step[0] + within;
-        row->S[i] = way->projected + planes[1] * way->point_step[0] + within;
-        row->own[i] = way->projected + planes[0] * way->point_step[0] + within;
-        row->weight[i] = way->weight[i];
-        row->enters[i] = way->enters[i];
-        row->leaves[i] = way->leaves[i];
-    }
+    row->own = way->projected + planes[0] * way->point_step[0] + b[0] * way->point_step[1] + c[0] * way->point_step[2];
     row->depth = way->depth;
+    for (int i = 0; i < 4; i++) {
+        row->S[i] = way->projected + planes[1] * way->point_step[0] + b[i & 1] * way->point_step[1] + c[i >> 1] * way->point_step[2];
+        row->weight[i] = way->weight[i];
+    }
 }
 
-/* A point by itself: at the rim, or in a row that is not one in memory. */
-static Real step_point(const Way *way, const int64_t at[3], Real above) {
+/* A point by itself: at the rim, or at the seam of sides that repeat. */
+static Real step_point(const Way *way, const int64_t at[3]) {
     int64_t up[3], cell = 0;
     for (int k = 0; k < 3; k++) {
         up[k] = before(way, k, at[k]);
@@ -152,22 +166,21 @@ static Real step_point(const Way *way, const int64_t at[3], Real above) {
     }
     Row row = {.density = way->density, .share = way->share, .bubble = way->bubble};
     set_row(way, (int64_t[2]){at[0], up[0]}, (int64_t[2]){at[1], up[1]}, (int64_t[2]){at[2], up[2]}, &row);
-    return step_at(&row, 0, cell, above, way->mean + cell);
+    return step_at(&row, 0, cell, way->rows[1][at[1]]);
 }
 
 /* All points of a row but the one at its upstream end. */
 static void step_inner(const Way *way, const int64_t planes[2], const int64_t lines[2], int64_t cell) {
     int64_t first = way->sign[1] > 0, steps = way->point_step[1];
-    Real *out = way->radiance + planes[0] * way->point_step[0] + lines[0] * way->point_step[2] + first * steps, *mean = way->mean + cell;
-    Row row = {.density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell};
+    Real *out = way->radiance + planes[0] * way->point_step[0] + lines[0] * way->point_step[2] + first * steps;
+    Row row = {.up = way->rows[1] + first, .density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell};
     set_row(way, planes, (int64_t[2]){first, first - way->sign[1]}, lines, &row);
-    row.up = way->rows[1] + first;
     int count = (int)way->points[1] - 1;
     if (steps == 1) {
-        step_row(&row, count, mean, out);
+        step_row(&row, count, out);
         return;
     }
-    for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], row.up[i], mean + i * way->cell_step[1]);
+    for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], row.up[i]);
 }
 
 R_OUTLINE void mix_rows(const Real weight[4], const Real *const from[4], int count, Real *restrict out) {
@@ -177,13 +190,13 @@ R_OUTLINE void mix_rows(const Real weight[4], const Real *const from[4], int cou
         out[i] = (p * a[i] + q * b[i]) + (r * c[i] + s * d[i]);
 }
 
-/* Places along axis k: behind a point, its own, upstream, beyond; where a side is open, what would lie outside goes on in a line. */
-static void four_places(const Way *way, int k, int64_t at, int64_t place[4], Real weight[4]) {
-    int64_t n = way->points[k];
+/* Places along axis c: behind a point, its own, upstream, beyond; where a side is open, what would lie outside goes on in a line. */
+static void four_places(const Way *way, const Real cubic[4], int64_t at, int64_t place[4], Real weight[4]) {
+    int64_t n = way->points[2];
     for (int i = 0; i < 4; i++) {
-        place[i] = at + (1 - i) * way->sign[k];
-        weight[i] = way->cubic[k - 1][i];
-        if (way->sweep->grid->periodic[way->axis[k]]) place[i] = (place[i] % n + n) % n;
+        place[i] = at + (1 - i) * way->sign[2];
+        weight[i] = cubic[i];
+        if (way->sweep->grid->periodic[way->axis[2]]) place[i] = (place[i] % n + n) % n;
     }
     for (int i = 0; i < 4; i += 3) {
         int inner = i == 0 ? 1 : 2, outer = i == 0 ? 2 : 1;
@@ -195,12 +208,12 @@ static void four_places(const Way *way, int k, int64_t at, int64_t place[4], Rea
     }
 }
 
-/* Radiance of the plane before where the rays through a row come from: across it first, then along it. */
+/* Radiance of the plane before where rays through a row come from: across it first, then along it. */
 static void fill_up(const Way *way, int64_t plane, int64_t c) {
     int64_t place[4], n = way->points[1], steps = way->point_step[1];
     Real weight[4], *across = way->rows[0];
     const Real *from[4];
-    four_places(way, 2, c, place, weight);
+    four_places(way, way->cubic[1], c, place, weight);
     for (int i = 0; i < 4; i++) from[i] = way->radiance + plane * way->point_step[0] + place[i] * way->point_step[2];
     if (steps == 1) mix_rows(weight, from, (int)n, across);
     else
@@ -221,7 +234,7 @@ static void step_plane(const Way *way, int64_t at) {
     for (int64_t c = 0; c < way->points[2]; c++) {
         int64_t above = before(way, 2, c), place[3] = {at, last, c}, row = at * way->point_step[0] + c * way->point_step[2];
         if (up >= 0 && above >= 0) fill_up(way, up, c);
-        way->radiance[row + last * way->point_step[1]] = step_point(way, place, way->rows[1][last]);
+        way->radiance[row + last * way->point_step[1]] = step_point(way, place);
         if (up >= 0 && above >= 0) {
             step_inner(way, (int64_t[2]){at, up}, (int64_t[2]){c, above}, slab * way->cell_step[0] + between(way, 2, c) * way->cell_step[2]);
             continue;
@@ -248,9 +261,30 @@ static Real step_round(const Way *way, Real *kept) {
     return change > SETTLED * most ? R(1.0) : R(0.0);
 }
 
-/* Weights of four places at 1, 0, -1, -2 for what lies at -part: Lagrange's polynomial of third degree, or a line. */
-static void set_cubic(double part, int cubic, Real weight[4]) {
-    double f = part, of[4] = {0.0, 1.0 - f, f, 0.0};
+/* Means of the cells between a plane and the one before it. */
+static void mean_plane(const Way *way, int64_t at) {
+    int64_t up = before(way, 0, at), steps = way->point_step[1], n = way->points[1];
+    for (int64_t c = 0; c < way->points[2] && up >= 0; c++) {
+        int64_t above = before(way, 2, c), cell = between(way, 0, at) * way->cell_step[0] + between(way, 2, c) * way->cell_step[2];
+        if (above < 0) continue;
+        Books books = {.density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell, .depth = way->depth};
+        for (int k = 0; k < 4; k++) {
+            int64_t row = (k & 2 ? up : at) * way->point_step[0] + (k & 1 ? above : c) * way->point_step[2];
+            Real across = (k & 2 ? -way->part[0] : way->part[0]) + (k & 1 ? -way->part[2] : way->part[2]);
+            books.L[k] = way->radiance + row;
+            books.S[k] = way->projected + row;
+            for (int e = 0; e < 2; e++) books.weight[k][e] = R(0.25) * (across + (e == (way->sign[1] > 0) ? way->part[1] : -way->part[1]));
+        }
+        if (steps == 1) mean_row(&books, (int)n - 1, way->mean + cell);
+        else
+            for (int64_t b = 0; b < n - 1; b++) way->mean[cell + b * way->cell_step[1]] = mean_of(&books, b * steps, (b + 1) * steps, b * way->cell_step[1]);
+        if (way->cells[1] == n) way->mean[cell + (n - 1) * way->cell_step[1]] = mean_of(&books, (n - 1) * steps, 0, (n - 1) * way->cell_step[1]);
+    }
+}
+
+/* Weights of four places at 1, 0, -1, -2 for what lies at -f: Lagrange's polynomial of third degree, or a line. */
+static void set_cubic(double f, int cubic, Real weight[4]) {
+    double of[4] = {0.0, 1.0 - f, f, 0.0};
     if (cubic) {
         of[0] = -f * (f - 1.0) * (f - 2.0) / 6.0;
         of[1] = 0.5 * (f + 1.0) * (f - 1.0) * (f - 2.0);
@@ -283,9 +317,8 @@ static void lay_out(const NphShdomSweep *sweep, Way *way) {
     for (int i = 0; i < 4; i++) {
         double b = i & 1 ? part[1] : 1.0 - part[1], c = i & 2 ? part[2] : 1.0 - part[2];
         way->weight[i] = (Real)(b * c);
-        way->enters[i] = (Real)(0.25 * (i & 1 ? 1.0 + part[1] : 1.0 - part[1]) * (i & 2 ? 1.0 + part[2] : 1.0 - part[2]));
-        way->leaves[i] = (Real)(0.25 * (i & 1 ? 1.0 - part[1] : 1.0 + part[1]) * (i & 2 ? 1.0 - part[2] : 1.0 + part[2]));
     }
+    for (int k = 0; k < 3; k++) way->part[k] = (Real)part[k];
     for (int k = 0; k < 2; k++) set_cubic(part[1 + k], sweep->cubic, way->cubic[k]);
     way->depth = (Real)(sweep->extinction * length);
     way->border = (Real)sweep->border;
@@ -299,12 +332,10 @@ int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep) {
     way.rows[0] = kept + way.points[1] * way.points[2] + 2;
     way.rows[1] = way.rows[0] + way.points[1] + 2;
     project(sweep, projected);
-    if (!sweep->grid->periodic[way.axis[0]]) {
-        (void)step_round(&way, NULL);
-        return 0;
-    }
-    memset(way.radiance, 0, sizeof *way.radiance * (size_t)sweep->grid->point_count);
-    for (int round = 0; round < ROUNDS_MAX; round++)
-        if (!(step_round(&way, kept) > R(0.0))) return 0;
-    return 1;
+    int64_t settled = !sweep->grid->periodic[way.axis[0]];
+    if (settled) (void)step_round(&way, NULL);
+    else memset(way.radiance, 0, sizeof *way.radiance * (size_t)sweep->grid->point_count);
+    for (int round = 0; round < ROUNDS_MAX && !settled; round++) settled = !(step_round(&way, kept) > R(0.0));
+    for (int64_t at = 0; at < way.points[0]; at++) mean_plane(&way, at);
+    return !settled;
 }
