@@ -17,6 +17,7 @@
 int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep);
 
 enum { ROUNDS_MAX = 4096 };
+#define THIN R(0.0625) /* tau^2 of cells whose mean is taken half from their corners */
 #if NPH_PRECISION == 32
 #define SETTLED 1e-6f
 #else
@@ -71,13 +72,14 @@ typedef struct Books {
 } Books;
 
 R_INLINE Real mean_of(const Books *books, int64_t at, int64_t next, int64_t cell) {
-    Real tau = books->density[cell] * books->depth, leaves = R(0.0), S = R(0.0);
+    Real tau = books->density[cell] * books->depth, leaves = R(0.0), S = R(0.0), L = R(0.0);
     for (int k = 0; k < 4; k++) {
         leaves += books->weight[k][0] * books->L[k][at] + books->weight[k][1] * books->L[k][next];
         S += books->S[k][at] + books->S[k][next];
+        L += books->L[k][at] + books->L[k][next];
     }
-    Real safe = tau > R(1e-20) ? tau : R(1.0), kept = R(0.125) * S * books->share[cell] + books->bubble[cell] - leaves / safe;
-    return tau > R(1e-20) ? kept : R(0.0);
+    Real part = R(1.0) / (tau * tau + THIN), kept = R(0.125) * S * books->share[cell] + books->bubble[cell];
+    return part * (tau * (tau * kept - leaves) + THIN * R(0.125) * L);
 }
 
 R_OUTLINE void mean_row(const Books *given, int count, Real *restrict out) {
@@ -86,12 +88,12 @@ R_OUTLINE void mean_row(const Books *given, int count, Real *restrict out) {
     const Real *restrict L0 = books.L[0], *restrict L1 = books.L[1], *restrict L2 = books.L[2], *restrict L3 = books.L[3];
     const Real *restrict S0 = books.S[0], *restrict S1 = books.S[1], *restrict S2 = books.S[2], *restrict S3 = books.S[3];
     for (int i = 0; i < count; i++) { /* vec */
-        Real tau = density[i] * books.depth, safe = tau > R(1e-20) ? tau : R(1.0);
+        Real tau = density[i] * books.depth, part = R(1.0) / (tau * tau + THIN);
         Real leaves = books.weight[0][0] * L0[i] + books.weight[0][1] * L0[i + 1] + books.weight[1][0] * L1[i] + books.weight[1][1] * L1[i + 1] +
                       books.weight[2][0] * L2[i] + books.weight[2][1] * L2[i + 1] + books.weight[3][0] * L3[i] + books.weight[3][1] * L3[i + 1];
         Real S = S0[i] + S0[i + 1] + S1[i] + S1[i + 1] + S2[i] + S2[i + 1] + S3[i] + S3[i + 1];
-        Real kept = R(0.125) * S * share[i] + bubble[i] - leaves / safe;
-        out[i] = tau > R(1e-20) ? kept : R(0.0);
+        Real L = L0[i] + L0[i + 1] + L1[i] + L1[i + 1] + L2[i] + L2[i + 1] + L3[i] + L3[i + 1], kept = R(0.125) * S * share[i] + bubble[i];
+        out[i] = part * (tau * (tau * kept - leaves) + THIN * R(0.125) * L);
     }
 }
 
