@@ -37,8 +37,8 @@ static const NphKnob knobs[NPH_SHDOM_KNOBS] = {
 
 const NphStage nph_shdom_stages[NPH_SHDOM_STAGES] = {
     {"shdom.properties", "mean over a cell", "", "shdom.density", {NPH_SHDOM_BLOCK, 1, 1}, 0},
-    {"shdom.direct", "Beer's law; harmonics of a beam [Evans98]", "shdom.density", "shdom.beam shdom.share shdom.border", {NPH_SHDOM_BLOCK, 1, 1}, 0},
-    {"shdom.sweep", "short characteristics [Kunasz88]", "shdom.density shdom.beam shdom.share shdom.border shdom.source", "shdom.radiance shdom.mean", {1, 1, 1}, 0},
+    {"shdom.direct", "Beer's law; harmonics of a beam [Evans98]", "shdom.density", "shdom.beam shdom.share shdom.sun shdom.sun_mean shdom.border", {NPH_SHDOM_BLOCK, 1, 1}, 0},
+    {"shdom.sweep", "short characteristics [Kunasz88]", "shdom.density shdom.beam shdom.share shdom.sun shdom.sun_mean shdom.border shdom.source", "shdom.radiance shdom.mean", {1, 1, 1}, 0},
     {"shdom.moments", "discrete ordinates to harmonics [Evans98]", "shdom.radiance shdom.mean shdom.moments", "shdom.moments", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.first", "source function [Evans98]", "shdom.moments shdom.source", "shdom.first shdom.source", {NPH_SHDOM_BLOCK, 1, 1}, 0},
     {"shdom.scatter", "source function [Evans98]; delta-M [Wiscombe77]", "shdom.first shdom.moments", "shdom.scattered", {NPH_SHDOM_BLOCK, 1, 1}, 0},

@@ -46,6 +46,8 @@ typedef enum NphShdomBuffer {
     NPH_SHDOM_B_DENSITY,
     NPH_SHDOM_B_BEAM,
     NPH_SHDOM_B_SHARE,
+    NPH_SHDOM_B_SUN,
+    NPH_SHDOM_B_SUN_MEAN,
     NPH_SHDOM_B_BORDER,
     NPH_SHDOM_B_SOURCE,
     NPH_SHDOM_B_RADIANCE,
@@ -98,6 +100,7 @@ typedef struct NphShdomChoice {
     int channels;     /* that are solved for: 1 when media and lights are grey, else 3 */
     int looks;        /* cameras look up first scattering in the grid too (parts of field: 2, else 1) */
     int cubic;        /* radiance is interpolated by cubics */
+    int sun_count, suns[NPH_MAX_LIGHTS]; /* lights that sweeps follow within cells; none where `looks` */
     int history;      /* sources that accelerate looks back on */
     NphShdomGrid grid;
     NphShdomAngles angles;
@@ -115,7 +118,7 @@ typedef struct NphShdomSolver {
     const NphShdomChoice *choice;
     const NphSingleScene *scene; /* with the true extinction */
     NphShdomKernels kernels;
-    void *density, *beam, *share, *border, *ones; /* ones: a share that changes nothing */
+    void *density, *beam, *share, *border, *ones, *sun, *sun_mean; /* ones: a share that changes nothing */
     void *source, *moments, *first, *scattered, *history, *radiance, *mean, *field, *bubble, *bubble_now, *nothing;
     double *gram, *partial, *factors, *residual;
     void **projected;            /* of workers */

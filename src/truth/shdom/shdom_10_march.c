@@ -189,7 +189,7 @@ static void add_single(NphShdomRay *ray, const RCameraRay *camera_ray, const Nph
         if (cut && !beam.point) {
             for (int a = 0; a < 3; a++) beam.d[a] = light->direction[a];
             for (int c = 0; c < 3; c++) beam.value[c] = camera->scene->beam[l][c];
-            beam.phase[0] = nph_shdom_cut_phase(&camera->choice->angles, r_dot(ray->d, beam.d)) * (1.0 - camera->choice->angles.cut) *
+            beam.phase[0] = nph_shdom_cut_phase(&camera->choice->angles, r_dot(ray->d, beam.d), 0) * (1.0 - camera->choice->angles.cut) *
                             0.079577471545947667884;
         }
         nph_single_integrate(camera->scene, ray->room->scratch, ray->p, ray->d, &beam, result, error);

@@ -3,9 +3,10 @@
  * shdom.direct: light of suns and points where it has not been scattered. Optical depths are exact (single_walk.h), scaled by delta-M.
  *   beam    at a point, what it scatters first: albedo chi_l w_l sum over lights of E e^-tau Y_lm along their rays, E = I / r^2 of points
  *   share   of a cell, by how much the mean of its corners is to be multiplied to be what the cell gets,
- *           mean of E e^-tau = sum over entering rays of E e^-tau_entry (1 - e^-s) / s len dA / sum of len dA,   s = sigma len
- *           with four rays through each face that the light enters by: what a cell scatters is right in the mean however steep the
- *           shadows in it, and thick cells do not shine by the light of their corners
+ *           mean of E e^-tau = sum over entering rays of E e^-tau_entry (1 - e^-s) dA / sum of s dA,   s: optical depth in the cell
+ *           with four rays through each face that the light enters by: what a cell scatters is what the beam loses in it, however
+ *           steep the shadows and however uneven the density
+ *   sun     depth of density towards each sun at points; sun_mean: the same mean of e^-tau in cells. Sweeps follow suns by these.
  * Cells around a point light have their mean from rays that leave it in all directions. */
 #include <string.h>
 
@@ -65,19 +66,29 @@ static Beam beam_at(const NphShdomGrid *grid, const RLight *light, const double 
     return beam;
 }
 
-static int is_beam(const RLight *light) { return light->kind == NPH_LIGHT_SUN || light->kind == NPH_LIGHT_POINT; }
+/* Of harmonics: points, and suns where cameras look for them in the grid. */
+static int is_beam(const NphShdomChoice *choice, const RLight *light) {
+    return light->kind == NPH_LIGHT_POINT || (light->kind == NPH_LIGHT_SUN && choice->looks);
+}
 
-/* Of light l at a place of the grid, in all channels; returns the beam. */
-static Beam arrives(const NphShdomSolver *solver, int l, const double u[3], int worker, double value[3]) {
+/* Light l at a place of the grid: its beam, and the depth of density towards it [m], as far as anything passes. */
+static Beam depth_to(const NphShdomSolver *solver, int l, const double u[3], int worker, double *depth) {
     const NphShdomChoice *choice = solver->choice;
-    const RMedium *medium = &solver->scene->local.media[0];
     double p[3], moved[3] = {u[0], u[1], u[2]}, thin = 0.0;
     inside(&choice->grid, moved);
     to_local(&choice->grid, moved, p);
     Beam beam = beam_at(&choice->grid, &solver->scene->local.lights[l], p);
     for (int c = 0; c < choice->channels; c++) thin = c == 0 || choice->extinction[c] < thin ? choice->extinction[c] : thin;
     double enough = thin > 0.0 ? 800.0 / thin : 1e300;
-    double depth = nph_single_depth(medium, p, beam.to, beam.distance, enough, &solver->walked[worker]);
+    *depth = nph_single_depth(&solver->scene->local.media[0], p, beam.to, beam.distance, enough, &solver->walked[worker]);
+    return beam;
+}
+
+/* Its light there, in all channels. */
+static Beam arrives(const NphShdomSolver *solver, int l, const double u[3], int worker, double value[3]) {
+    const NphShdomChoice *choice = solver->choice;
+    double depth;
+    Beam beam = depth_to(solver, l, u, worker, &depth);
     for (int c = 0; c < choice->channels; c++)
         value[c] = solver->scene->beam[l][c] * beam.value * nph_exp(-choice->extinction[c] * depth);
     return beam;
@@ -88,6 +99,22 @@ static void add_beam(const NphShdomChoice *choice, int channel, double value, co
     for (int l = 0; l * l < choice->angles.terms; l++)
         for (int t = l * l; t < (l + 1) * (l + 1); t++)
             row[t * NPH_SHDOM_BLOCK] += choice->albedo[channel] * choice->angles.kept[l] * value * y[t];
+}
+
+/* Depths towards each sun. */
+static void sun_points(const NphShdomSolver *solver, const int64_t range[2], int worker) {
+    const NphShdomChoice *choice = solver->choice;
+    const NphShdomGrid *grid = &choice->grid;
+    double *row = solver->rows[worker];
+    size_t real = (size_t)solver->precision / 8;
+    for (int n = 0; n < choice->sun_count; n++) {
+        for (int64_t point = range[0]; point < range[1]; point++) {
+            double u[3] = {(double)(point % grid->points[0]), (double)(point / grid->points[0] % grid->points[1]),
+                           (double)(point / grid->points[0] / grid->points[1])};
+            (void)depth_to(solver, choice->suns[n], u, worker, &row[point - range[0]]);
+        }
+        solver->kernels.store(row, range[1] - range[0], (char *)solver->sun + real * (size_t)(n * grid->point_count + range[0]));
+    }
 }
 
 /* A block of points: what they scatter first. */
@@ -105,7 +132,7 @@ void nph_shdom_direct_points(NphShdomSolver *solver, int64_t block, int worker) 
                        (double)(point / grid->points[0] / grid->points[1])};
         for (int l = 0; l < local->light_count; l++) {
             double value[3];
-            if (!is_beam(&local->lights[l])) continue;
+            if (!is_beam(choice, &local->lights[l])) continue;
             Beam beam = arrives(solver, l, u, worker, value);
             double along[3] = {-beam.to[0], -beam.to[1], -beam.to[2]};
             nph_shdom_harmonics(choice->angles.bands, along, y);
@@ -117,36 +144,51 @@ void nph_shdom_direct_points(NphShdomSolver *solver, int64_t block, int worker) 
     for (int r = 0; r < choice->channels * terms; r++)
         solver->kernels.store(rows + (size_t)r * NPH_SHDOM_BLOCK, end - first,
                               (char *)solver->beam + real * (size_t)(r * grid->point_count + first));
+    sun_points(solver, (int64_t[2]){first, end}, worker);
 }
 
 /* Mean of e^(-s x) over x in [0, 1]. */
 static double mean_passing(double s) { return s < 1e-6 ? 1.0 - 0.5 * s : -nph_expm1(-s) / s; }
 
-/* What a cell gets of light l in the mean of its volume, from where it enters. w: its way in the grid's space, of a metre. */
-static void entering(const NphShdomSolver *solver, int l, const int64_t cell[3], double density, int worker, double mean[3]) {
+/* Where ray i of twelve enters a cell, and how far it goes there; w: its way in the grid's space, of a metre. 0: through no such face. */
+static int enters_at(const int64_t cell[3], const double w[3], int i, double u[3], double *length) {
+    int a = i / 4, b = (a + 1) % 3, c = (a + 2) % 3;
+    double off = 0.28867513459481288;
+    if (!(nph_abs(w[a]) > 0.0)) return 0;
+    u[a] = (double)cell[a] + (w[a] > 0.0 ? 0.0 : 1.0);
+    u[b] = (double)cell[b] + 0.5 + (i & 1 ? off : -off);
+    u[c] = (double)cell[c] + 0.5 + (i & 2 ? off : -off);
+    *length = 1e300;
+    for (int k = 0; k < 3; k++) {
+        if (!(nph_abs(w[k]) > 0.0)) continue;
+        double reach = ((double)cell[k] + (w[k] > 0.0 ? 1.0 : 0.0) - u[k]) / w[k];
+        *length = reach < *length ? reach : *length;
+    }
+    return 1;
+}
+
+/* What a cell gets of light l in the mean over its matter, from where it enters. */
+static void entering(const NphShdomSolver *solver, int l, const int64_t cell[3], int worker, double mean[3]) {
     const NphShdomChoice *choice = solver->choice;
-    double middle[3], p[3], w[3], sum[3] = {0.0, 0.0, 0.0}, volume = 0.0, off = 0.28867513459481288;
+    double middle[3], p[3], w[3], sum[3] = {0.0, 0.0, 0.0}, matter = 0.0;
     for (int a = 0; a < 3; a++) middle[a] = (double)cell[a] + 0.5;
     to_local(&choice->grid, middle, p);
     Beam beam = beam_at(&choice->grid, &solver->scene->local.lights[l], p);
-    turn_into(&choice->grid, (double[3]){-beam.to[0], -beam.to[1], -beam.to[2]}, w);
+    double along[3] = {-beam.to[0], -beam.to[1], -beam.to[2]};
+    turn_into(&choice->grid, along, w);
     for (int i = 0; i < 12; i++) {
-        int a = i / 4, b = (a + 1) % 3, c = (a + 2) % 3;
-        double u[3], length = 1e300, value[3];
-        if (!(nph_abs(w[a]) > 0.0)) continue;
-        u[a] = (double)cell[a] + (w[a] > 0.0 ? 0.0 : 1.0);
-        u[b] = middle[b] + (i & 1 ? off : -off);
-        u[c] = middle[c] + (i & 2 ? off : -off);
-        for (int k = 0; k < 3; k++) {
-            double reach = ((double)cell[k] + (w[k] > 0.0 ? 1.0 : 0.0) - u[k]) / w[k];
-            length = nph_abs(w[k]) > 0.0 && reach < length ? reach : length;
-        }
+        double u[3], length, value[3];
+        if (!enters_at(cell, w, i, u, &length)) continue;
+        inside(&choice->grid, u);
+        to_local(&choice->grid, u, p);
+        double depth = nph_single_depth(&solver->scene->local.media[0], p, along, length, 1e300, &solver->walked[worker]);
+        double weight = nph_abs(w[i / 4]) * depth;
+        if (!(weight > 0.0)) continue;
         arrives(solver, l, u, worker, value);
-        double weight = nph_abs(w[a]) * length;
-        volume += weight;
-        for (int k = 0; k < choice->channels; k++) sum[k] += weight * value[k] * mean_passing(choice->extinction[k] * density * length);
+        matter += weight;
+        for (int k = 0; k < choice->channels; k++) sum[k] += weight * value[k] * mean_passing(choice->extinction[k] * depth);
     }
-    for (int k = 0; k < choice->channels; k++) mean[k] = volume > 0.0 ? sum[k] / volume : 0.0;
+    for (int k = 0; k < choice->channels; k++) mean[k] = matter > 0.0 ? sum[k] / matter : 0.0;
 }
 
 /* Where the light of a point comes to within a cell near it: metres on a ray from it, from near to far; 0 when it does not. */
@@ -227,14 +269,36 @@ static void share_of(const NphShdomSolver *solver, const int64_t cell[3], int wo
     double density = solver->kernels.load(solver->density, number);
     for (int l = 0; l < local->light_count; l++) {
         double mean[3];
-        if (!is_beam(&local->lights[l])) continue;
+        if (!is_beam(choice, &local->lights[l])) continue;
         if (is_near(grid, &local->lights[l], cell)) around(solver, l, cell, density, worker, mean);
-        else entering(solver, l, cell, density, worker, mean);
+        else entering(solver, l, cell, worker, mean);
         for (int c = 0; c < choice->channels; c++) gets[c] += mean[c];
     }
     mean_of_corners(solver, cell, corners);
     for (int c = 0; c < choice->channels; c++) share[c] = corners[c] > 0.0 ? gets[c] / corners[c] : 0.0;
     for (int c = 0; c < choice->channels; c++) share[c] = share[c] < MOST_SHARE ? share[c] : MOST_SHARE;
+}
+
+/* Each sun's light in cells, in the mean, over what it is outside. */
+static void sun_cells(const NphShdomSolver *solver, const int64_t range[2], int worker) {
+    const NphShdomChoice *choice = solver->choice;
+    const NphShdomGrid *grid = &choice->grid;
+    double *rows = solver->rows[worker];
+    size_t real = (size_t)solver->precision / 8;
+    for (int n = 0; n < choice->sun_count; n++) {
+        for (int64_t cell = range[0]; cell < range[1]; cell++) {
+            int64_t at[3] = {cell % grid->cells[0], cell / grid->cells[0] % grid->cells[1], cell / grid->cells[0] / grid->cells[1]};
+            double mean[3];
+            entering(solver, choice->suns[n], at, worker, mean);
+            for (int c = 0; c < choice->channels; c++) {
+                double whole = solver->scene->beam[choice->suns[n]][c];
+                rows[c * NPH_SHDOM_BLOCK + cell - range[0]] = whole > 0.0 ? mean[c] / whole : 0.0;
+            }
+        }
+        for (int c = 0; c < choice->channels; c++)
+            solver->kernels.store(rows + c * NPH_SHDOM_BLOCK, range[1] - range[0],
+                                  (char *)solver->sun_mean + real * (size_t)((n * choice->channels + c) * grid->cell_count + range[0]));
+    }
 }
 
 void nph_shdom_direct_cells(NphShdomSolver *solver, int64_t block, int worker) {
@@ -251,6 +315,7 @@ void nph_shdom_direct_cells(NphShdomSolver *solver, int64_t block, int worker) {
     }
     for (int c = 0; c < choice->channels; c++)
         solver->kernels.store(rows + c * NPH_SHDOM_BLOCK, end - first, (char *)solver->share + real * (size_t)(c * grid->cell_count + first));
+    sun_cells(solver, (int64_t[2]){first, end}, worker);
 }
 
 /* The mean over each ordinate's part of the sphere: no power is lost, whatever the map. The ordinate's light travels away from it. */

@@ -4,6 +4,8 @@
  * Cells are all alike and have one extinction each, so that plane, the place on it and the length are the same for all points: with
  * tau = sigma length, e = e^-tau and a source function S + d, S linear between both places and d the same all over the cell,
  *   L = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Olson87 eq. 19]
+ * A sun whose optical depth b is linear between both places adds p E e^-b tau (1 - e^-x) / x, x = tau + b_up - b: its light, and so what it
+ * scatters, falls off exponentially, however thick the cell.
  * L_up and S_up are interpolated on the plane, which is one across the axis along which the ray is fastest: points of a plane wait for
  * the plane before it only. Where sides repeat along that axis, the first plane waits for the last one: rounds, until they agree.
  * The mean radiance of a cell is what keeps its books, from the means over its faces,
@@ -61,6 +63,43 @@ R_OUTLINE void step_row(const Row *given, int count, Real *restrict out) {
         Parts parts = parts_of(density[i] * row.depth);
         Real S = row.weight[0] * S0[i] + row.weight[1] * S1[i] + row.weight[2] * S2[i] + row.weight[3] * S3[i];
         out[i] = parts.passes * up[i] + share[i] * (parts.far * S + parts.own * own[i]) + (R(1.0) - parts.passes) * bubble[i];
+    }
+}
+
+/* A sun's depth of density at points, own and four on the plane before, as of a row. */
+typedef struct BeamRow {
+    const Real *own, *up[4], *density;
+    Real weight[4], depth, extinction, scattered;
+} BeamRow;
+
+/* e^-b tau (1 - e^-x) / x, from the end that is larger, so that nothing overflows. */
+R_INLINE Real beam_part(Real tau, Real here, Real up) {
+    Real away = tau + up, x = r_abs(away - here), safe = x < R(0.0625) ? R(1.0) : x;
+    Real small = R(1.0) - x * (R(1.0) / R(2.0) - x * (R(1.0) / R(6.0) - x * (R(1.0) / R(24.0) - x * (R(1.0) / R(120.0) - x * (R(1.0) / R(720.0) -
+                     x * (R(1.0) / R(5040.0) - x * (R(1.0) / R(40320.0))))))));
+    return tau * r_exp(-r_min(here, away)) * (x < R(0.0625) ? small : (R(1.0) - r_exp(-x)) / safe);
+}
+
+R_INLINE Real beam_at(const BeamRow *row, int64_t point, int64_t cell) {
+    Real up = row->weight[0] * row->up[0][point] + row->weight[1] * row->up[1][point] + row->weight[2] * row->up[2][point] + row->weight[3] * row->up[3][point];
+    return row->scattered * beam_part(row->density[cell] * row->depth, row->extinction * row->own[point], row->extinction * up);
+}
+
+R_OUTLINE void beam_row(const BeamRow *given, int count, Real *restrict out) {
+    const BeamRow row = *given;
+    const Real *restrict density = row.density, *restrict own = row.own;
+    const Real *restrict up0 = row.up[0], *restrict up1 = row.up[1], *restrict up2 = row.up[2], *restrict up3 = row.up[3];
+    for (int i = 0; i < count; i++) { /* vec */
+        Real up = row.weight[0] * up0[i] + row.weight[1] * up1[i] + row.weight[2] * up2[i] + row.weight[3] * up3[i];
+        out[i] += row.scattered * beam_part(density[i] * row.depth, row.extinction * own[i], row.extinction * up);
+    }
+}
+
+R_OUTLINE void beam_mean_row(const Real *restrict density, const Real *restrict mean, const Real factors[2], int count, Real *restrict out) {
+    const Real depth = factors[0], scattered = factors[1];
+    for (int i = 0; i < count; i++) { /* vec */
+        Real tau = density[i] * depth, thick = tau * tau;
+        out[i] += scattered * mean[i] * (thick / (thick + THIN));
     }
 }
 
@@ -158,6 +197,21 @@ static void set_row(const Way *way, const int64_t planes[2], const int64_t b[2],
     }
 }
 
+/* The sun's depths at the points of a row of the source. */
+static void set_beam(const Way *way, int beam, const Row *row, BeamRow *out) {
+    const NphShdomBeam *of = &way->sweep->beams[beam];
+    const Real *depth = of->depth;
+    out->own = depth + (row->own - way->projected);
+    out->density = row->density;
+    out->depth = way->depth;
+    out->extinction = (Real)way->sweep->extinction;
+    out->scattered = (Real)of->scattered;
+    for (int i = 0; i < 4; i++) {
+        out->up[i] = depth + (row->S[i] - way->projected);
+        out->weight[i] = row->weight[i];
+    }
+}
+
 /* A point by itself: at the rim, or at the seam of sides that repeat. */
 static Real step_point(const Way *way, const int64_t at[3]) {
     int64_t up[3], cell = 0;
@@ -168,7 +222,13 @@ static Real step_point(const Way *way, const int64_t at[3]) {
     }
     Row row = {.density = way->density, .share = way->share, .bubble = way->bubble};
     set_row(way, (int64_t[2]){at[0], up[0]}, (int64_t[2]){at[1], up[1]}, (int64_t[2]){at[2], up[2]}, &row);
-    return step_at(&row, 0, cell, way->rows[1][at[1]]);
+    Real L = step_at(&row, 0, cell, way->rows[1][at[1]]);
+    for (int n = 0; n < way->sweep->beam_count; n++) {
+        BeamRow beam;
+        set_beam(way, n, &row, &beam);
+        L += beam_at(&beam, 0, cell);
+    }
+    return L;
 }
 
 /* All points of a row but the one at its upstream end. */
@@ -178,11 +238,16 @@ static void step_inner(const Way *way, const int64_t planes[2], const int64_t li
     Row row = {.up = way->rows[1] + first, .density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell};
     set_row(way, planes, (int64_t[2]){first, first - way->sign[1]}, lines, &row);
     int count = (int)way->points[1] - 1;
-    if (steps == 1) {
-        step_row(&row, count, out);
-        return;
+    if (steps == 1) step_row(&row, count, out);
+    else
+        for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], row.up[i]);
+    for (int n = 0; n < way->sweep->beam_count; n++) {
+        BeamRow beam;
+        set_beam(way, n, &row, &beam);
+        if (steps == 1) beam_row(&beam, count, out);
+        else
+            for (int i = 0; i < count; i++) out[i * steps] += beam_at(&beam, i * steps, i * way->cell_step[1]);
     }
-    for (int i = 0; i < count; i++) out[i * steps] = step_at(&row, i * steps, i * way->cell_step[1], row.up[i]);
 }
 
 R_OUTLINE void mix_rows(const Real weight[4], const Real *const from[4], int count, Real *restrict out) {
@@ -263,6 +328,17 @@ static Real step_round(const Way *way, Real *kept) {
     return change > SETTLED * most ? R(1.0) : R(0.0);
 }
 
+/* What suns are scattered in all cells, once they are known without. */
+static void beam_means(const Way *way) {
+    int64_t cells = way->sweep->grid->cell_count;
+    for (int n = 0; n < way->sweep->beam_count; n++) {
+        const Real factors[2] = {way->depth, (Real)way->sweep->beams[n].scattered};
+        for (int64_t first = 0; first < cells; first += NPH_SHDOM_BLOCK)
+            beam_mean_row(way->density + first, (const Real *)way->sweep->beams[n].mean + first, factors,
+                          (int)(cells - first < NPH_SHDOM_BLOCK ? cells - first : NPH_SHDOM_BLOCK), way->mean + first);
+    }
+}
+
 /* Means of the cells between a plane and the one before it. */
 static void mean_plane(const Way *way, int64_t at) {
     int64_t up = before(way, 0, at), steps = way->point_step[1], n = way->points[1];
@@ -339,5 +415,6 @@ int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep) {
     else memset(way.radiance, 0, sizeof *way.radiance * (size_t)sweep->grid->point_count);
     for (int round = 0; round < ROUNDS_MAX && !settled; round++) settled = !(step_round(&way, kept) > R(0.0));
     for (int64_t at = 0; at < way.points[0]; at++) mean_plane(&way, at);
+    beam_means(&way);
     return !settled;
 }

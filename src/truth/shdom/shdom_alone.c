@@ -17,6 +17,10 @@ const NphBuffer nph_shdom_buffers[NPH_SHDOM_BUFFERS] = {
                           "times irradiance", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_SHARE] = {"shdom.share", REAL, "[channel][cell]", "1", "what a cell gets of suns and points, over the mean of its corners", NPH_NEAR, NULL,
                            NULL, 0},
+    [NPH_SHDOM_B_SUN] = {"shdom.sun", REAL, "[sun][point]", "m times density", "depth of density towards each sun", NPH_NEAR, "there are suns, scattered once by "
+                         "quadrature", NULL, 0},
+    [NPH_SHDOM_B_SUN_MEAN] = {"shdom.sun_mean", REAL, "[sun, channel][cell]", "1", "transmittance from each sun, mean of each cell", NPH_NEAR, "there are suns, scattered once "
+                              "by quadrature", NULL, 0},
     [NPH_SHDOM_B_BORDER] = {"shdom.border", REAL, "[channel][ordinate]", "W/m2/sr", "radiance that comes in from lights at infinity", NPH_NEAR, NULL, NULL, 0},
     [NPH_SHDOM_B_SOURCE] = {"shdom.source", REAL, "[channel][coefficient, point; cell]", "W/m2/sr", "source function of light that was scattered before, "
                             "by extinction: coefficients at points, and the mean of degree 0 in cells", NPH_NEAR, NULL, NULL, 0},
@@ -174,6 +178,12 @@ static int view_solution(NphShdomState *state, int buffer, NphView *out) {
         break;
     case NPH_SHDOM_B_BEAM: *out = (NphView){real, 3, {channels, terms, points}, s->beam, terms * points}; break;
     case NPH_SHDOM_B_SHARE: *out = (NphView){real, 2, {channels, grid->cell_count}, s->share, grid->cell_count}; break;
+    case NPH_SHDOM_B_SUN:
+        *out = (NphView){real, 2, {choice->sun_count, points}, s->sun, points};
+        return choice->solved && choice->sun_count > 0;
+    case NPH_SHDOM_B_SUN_MEAN:
+        *out = (NphView){real, 2, {choice->sun_count * channels, grid->cell_count}, s->sun_mean, grid->cell_count};
+        return choice->solved && choice->sun_count > 0;
     case NPH_SHDOM_B_BORDER:
         *out = (NphView){real, 2, {channels, nph_shdom_ordinates(&choice->angles)}, s->border, nph_shdom_ordinates(&choice->angles)};
         break;

@@ -122,10 +122,11 @@ void nph_shdom_moments(const NphPhase *phase, int count, double *chi) {
     }
 }
 
-double nph_shdom_cut_phase(const NphShdomAngles *angles, double cosine) {
+double nph_shdom_cut_phase(const NphShdomAngles *angles, double cosine, int windowed) {
+    const double *of = windowed ? angles->kept : angles->plain;
     double terms[NPH_SHDOM_BANDS_MAX] = {0.0}, sum = 0.0;
     add_legendre(cosine, 1.0, angles->bands, terms);
-    for (int l = 0; l < angles->bands; l++) sum += (2.0 * l + 1.0) * angles->plain[l] * terms[l];
+    for (int l = 0; l < angles->bands; l++) sum += (2.0 * l + 1.0) * of[l] * terms[l];
     return sum;
 }
 

@@ -33,8 +33,8 @@ void nph_shdom_harmonics(int bands, const double d[3], double *y);
 /* Legendre's moments of a phase function: the means of P_l of the cosine, l = 0 .. count - 1. */
 void nph_shdom_moments(const NphPhase *phase, int count, double *chi);
 
-/* The phase function times 4 pi as solved (without window), at a cosine: sum of (2 l + 1) plain_l P_l. */
-double nph_shdom_cut_phase(const NphShdomAngles *angles, double cosine);
+/* The phase function times 4 pi as solved, at a cosine: sum of (2 l + 1) plain_l P_l; windowed: of kept_l. */
+double nph_shdom_cut_phase(const NphShdomAngles *angles, double cosine, int windowed);
 
 /* Gauss and Legendre's points in rising order and weights on [0, 1] [Golub69]; count at most 64. */
 void nph_shdom_gauss(int count, double *point, double *weight);

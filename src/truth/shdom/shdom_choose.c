@@ -155,6 +155,8 @@ NphStatus nph_shdom_choose(const NphJob *job, NphShdomChoice *choice) {
         made.solved = made.transport.scatters && (job->plan_full || is_lit(scene));
     }
     made.looks = job->knobs[NPH_SHDOM_KNOB_SINGLE] < 0.5 || (points && nph_sensor_gathers(scene->sensor.kind));
+    for (int l = 0; l < scene->light_count && !made.looks; l++)
+        if (scene->lights[l].kind == NPH_LIGHT_SUN) made.suns[made.sun_count++] = l;
     *choice = made;
     return NPH_OK;
 }

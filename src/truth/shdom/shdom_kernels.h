@@ -21,6 +21,14 @@ typedef struct NphShdomGrid {
     int64_t cell_count, point_count;
 } NphShdomGrid;
 
+/* A sun, whose light falls off exponentially between points: what the ordinate gets of it where it is not attenuated, by what it scatters. */
+typedef struct NphShdomBeam {
+    double scattered;
+    const void *depth, *mean; /* [point]: of density [m]; [cell]: e^-tau */
+} NphShdomBeam;
+
+enum { NPH_SHDOM_SUNS_MAX = 32 };
+
 /* One ordinate through the grid, of one channel. */
 typedef struct NphShdomSweep {
     const NphShdomGrid *grid;
@@ -34,6 +42,8 @@ typedef struct NphShdomSweep {
     const void *source;  /* [coefficient][point] */
     void *projected;     /* of the worker: [point], the largest plane, two rows and eight numbers more */
     void *radiance, *mean; /* [point]; [cell] */
+    int beam_count;
+    NphShdomBeam beams[NPH_SHDOM_SUNS_MAX];
 } NphShdomSweep;
 
 /* Coefficients of a group's radiance, points [first, end): moments [coefficient][points]. */

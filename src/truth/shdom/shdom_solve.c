@@ -44,7 +44,7 @@ uint64_t nph_shdom_solver_bytes(const NphJob *job, const NphShdomChoice *choice,
     if (!choice->solved) return 0;
     Sizes s = sizes_of(choice);
     uint64_t real = (uint64_t)job->precision / 8, channels = (uint64_t)choice->channels, ordinates = (uint64_t)nph_shdom_ordinates(&choice->angles);
-    uint64_t reals = s.cells * (4 + 2 * channels) + channels * ordinates + s.rows * (channels + 3 + 2 * (uint64_t)choice->history) +
+    uint64_t reals = s.cells * (4 + 2 * channels) + (uint64_t)choice->sun_count * (channels * s.cells + s.points) + channels * ordinates + s.rows * (channels + 3 + 2 * (uint64_t)choice->history) +
                      s.beams * channels * (uint64_t)(2 + choice->looks) + (s.points + s.cells) * NPH_SHDOM_GROUP + (uint64_t)threads * s.worker;
     uint64_t doubles = s.dots + NPH_SHDOM_GROUP * (uint64_t)choice->angles.terms +
                        (uint64_t)threads * channels * (uint64_t)choice->angles.terms * NPH_SHDOM_BLOCK;
@@ -62,6 +62,8 @@ static NphStatus open_arrays(NphShdomSolver *solver) {
     NPH_TRY(reals(solver, s.cells, "density of cells", &solver->density));
     NPH_TRY(reals(solver, s.cells, "ones", &solver->ones));
     NPH_TRY(reals(solver, s.cells * channels, "share of cells", &solver->share));
+    NPH_TRY(reals(solver, s.points * (size_t)choice->sun_count, "suns at points", &solver->sun));
+    NPH_TRY(reals(solver, s.cells * channels * (size_t)choice->sun_count, "suns in cells", &solver->sun_mean));
     NPH_TRY(reals(solver, channels * (size_t)nph_shdom_ordinates(&choice->angles), "light at the border", &solver->border));
     NPH_TRY(reals(solver, s.beams * channels, "first scattering of beams", &solver->beam));
     NPH_TRY(reals(solver, s.rows * channels, "source function", &solver->source));
@@ -117,7 +119,7 @@ void nph_shdom_solver_close(NphShdomSolver *solver) {
     if (!context) return;
     void *const arrays[] = {solver->density, solver->ones, solver->share, solver->border, solver->beam, solver->source, solver->moments,
                             solver->first, solver->scattered, solver->history, solver->radiance, solver->field, solver->gram, solver->partial,
-                            solver->factors, solver->mean, solver->bubble, solver->bubble_now, solver->nothing, solver->residual, solver->counts, solver->walked, solver->unsettled};
+                            solver->factors, solver->sun, solver->sun_mean, solver->mean, solver->bubble, solver->bubble_now, solver->nothing, solver->residual, solver->counts, solver->walked, solver->unsettled};
     for (int w = 0; w < nph_context_threads(context); w++) {
         if (solver->projected) nph_free(context, solver->projected[w]);
         if (solver->rows) nph_free(context, solver->rows[w]);
@@ -129,6 +131,21 @@ void nph_shdom_solver_close(NphShdomSolver *solver) {
 
 static void *row_of(const NphShdomSolver *solver, void *array, int64_t row, int64_t length) {
     return (char *)array + (size_t)(row * length) * ((size_t)solver->precision / 8);
+}
+
+/* What each sun scatters into an ordinate. */
+static void set_beams(const NphShdomSolver *solver, const double d[3], NphShdomSweep *sweep) {
+    const NphShdomChoice *choice = solver->choice;
+    const NphShdomGrid *grid = &choice->grid;
+    int c = solver->channel;
+    sweep->beam_count = choice->sun_count;
+    for (int n = 0; n < choice->sun_count; n++) {
+        const double *to = solver->scene->local.lights[choice->suns[n]].direction;
+        double cosine = -(d[0] * to[0] + d[1] * to[1] + d[2] * to[2]), value = solver->scene->beam[choice->suns[n]][c];
+        sweep->beams[n].scattered = value * choice->albedo[c] * nph_shdom_cut_phase(&choice->angles, cosine, 1) * 0.079577471545947667884;
+        sweep->beams[n].depth = row_of(solver, solver->sun, n, grid->point_count);
+        sweep->beams[n].mean = row_of(solver, solver->sun_mean, n * choice->channels + c, grid->cell_count);
+    }
 }
 
 static NphStatus run_sweep(void *opaque, int64_t number, int worker) {
@@ -148,6 +165,7 @@ static NphStatus run_sweep(void *opaque, int64_t number, int worker) {
     sweep.bubble = first ? solver->nothing : solver->bubble_now;
     sweep.source = first ? row_of(solver, solver->beam, c * (int64_t)choice->angles.terms, grid->point_count) : row_of(solver, solver->source, c, row);
     sweep.border = first ? solver->kernels.load(solver->border, (int64_t)c * nph_shdom_ordinates(&choice->angles) + ordinate) : 0.0;
+    if (first) set_beams(solver, d, &sweep);
     sweep.radiance = row_of(solver, solver->radiance, number, grid->point_count);
     sweep.mean = row_of(solver, solver->mean, number, grid->cell_count);
     NPH_LAUNCH(&solver->counts[worker], NPH_SHDOM_SWEEP, grid->point_count, solver->unsettled[worker] += solver->kernels.sweep(&sweep));
