@@ -31,7 +31,7 @@ void run_options_add(OptionTable *table, RunOptions *run) {
     run->precision = "f32";
     option_add(table, (Option){.name = "method", .letter = 'm', .kind = OPTION_TEXT, .target = &run->method,
                                .value_name = "M", .meaning = "path, the unbiased path tracer (default); light, light tracing; single, light "
-                                          "scattered at most once, by quadrature; photonmap, volumetric photon mapping; "
+                                          "scattered at most once, by quadrature; photonmap, volumetric photon mapping; shdom, discrete ordinates on a grid, without noise; "
                                           "temporal_photons, photons in a coarse grid, refreshed in part by each frame"});
     option_add(table, (Option){.name = "define", .letter = 'D', .kind = OPTION_LIST, .target = &run->knobs,
                                .value_name = "K=V", .meaning = "turns a knob; `nephos plan --knobs` lists them"});

@@ -18,6 +18,8 @@ static const NphKnob knobs[NPH_SHDOM_KNOBS] = {
     {"shdom.polar", "1", "polar angles of the ordinates, even; 0: two a band", "accuracy against time", 0.0, 0.0, NPH_SHDOM_POLAR_MAX},
     {"shdom.azimuths", "1", "azimuths of the ordinates; 0: two a band", "accuracy against time", 0.0, 0.0, NPH_SHDOM_AZIMUTHS_MAX},
     {"shdom.cubic", "1", "radiance between points: 1: by polynomials of third degree; 0: linear, which spreads it sideways", "blur against ringing", 1.0, 0.0, 1.0},
+    {"shdom.thin", "1", "optical depth of a step through a cell at which its mean radiance comes half from its corners, half from what passes its faces",
+     "noise against light that is lost", 0.0625, 1e-3, 10.0},
     {"shdom.delta_m", "1", "1: the peak of the phase function goes on unscattered [Wiscombe77]; 0: it is cut off", "bias", 1.0, 0.0, 1.0},
     {"shdom.single", "1", "1: suns and points scattered once by quadrature with the whole phase function [Nakajima88]; 0: from the grid",
      "accuracy against time", 1.0, 0.0, 1.0},

@@ -80,6 +80,7 @@ enum {
     NPH_SHDOM_KNOB_POLAR,
     NPH_SHDOM_KNOB_AZIMUTHS,
     NPH_SHDOM_KNOB_CUBIC,
+    NPH_SHDOM_KNOB_THIN,
     NPH_SHDOM_KNOB_DELTA_M,
     NPH_SHDOM_KNOB_SINGLE,
     NPH_SHDOM_KNOB_PREFILTER,
@@ -99,6 +100,7 @@ typedef struct NphShdomChoice {
     int solved;       /* something is scattered, of some light */
     int channels;     /* that are solved for: 1 when media and lights are grey, else 3 */
     int looks;        /* cameras look up first scattering in the grid too (parts of field: 2, else 1) */
+    double thin;      /* NphShdomSweep */
     int cubic;        /* radiance is interpolated by cubics */
     int sun_count, suns[NPH_MAX_LIGHTS]; /* lights that sweeps follow within cells; none where `looks` */
     int history;      /* sources that accelerate looks back on */

@@ -3,7 +3,7 @@
  * shdom.sweep: the radiance of one ordinate at every point, from the point where its ray last crossed a plane of the grid [Kunasz88].
  * Cells are all alike and have one extinction each, so that plane, the place on it and the length are the same for all points: with
  * tau = sigma length, e = e^-tau and a source function S + d, S linear between both places and d the same all over the cell,
- *   L = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Olson87 eq. 19]
+ *   L = e L_up + w_up S_up + w S + (1 - e) d,      w = 1 - (1 - e) / tau,  w_up = (1 - e) / tau - e      [Kunasz88]
  * A sun whose optical depth b is linear between both places adds p E e^-b tau (1 - e^-x) / x, x = tau + b_up - b: its light, and so what it
  * scatters, falls off exponentially, however thick the cell.
  * L_up and S_up are interpolated on the plane, which is one across the axis along which the ray is fastest: points of a plane wait for
@@ -11,6 +11,7 @@
  * The mean radiance of a cell is what keeps its books, from the means over its faces,
  *   mean L = mean S + d - sum over axes of f_a (L_out - L_in) / tau,      f_a: cells along axis a per step
  * so that what cells scatter, who have their own source for it, is what does not come out: no light is gained or lost between points.
+ * Cells that are nearly empty, which have no books to keep, take it from their corners: thin^2 parts to tau^2.
  * [density, share, bubble, source -> radiance, mean] */
 #include <string.h>
 
@@ -19,7 +20,6 @@
 int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep);
 
 enum { ROUNDS_MAX = 4096 };
-#define THIN R(0.0625) /* tau^2 of cells whose mean is taken half from their corners */
 #if NPH_PRECISION == 32
 #define SETTLED 1e-6f
 #else
@@ -95,11 +95,11 @@ R_OUTLINE void beam_row(const BeamRow *given, int count, Real *restrict out) {
     }
 }
 
-R_OUTLINE void beam_mean_row(const Real *restrict density, const Real *restrict mean, const Real factors[2], int count, Real *restrict out) {
-    const Real depth = factors[0], scattered = factors[1];
+R_OUTLINE void beam_mean_row(const Real *restrict density, const Real *restrict mean, const Real factors[3], int count, Real *restrict out) {
+    const Real depth = factors[0], scattered = factors[1], thin = factors[2];
     for (int i = 0; i < count; i++) { /* vec */
         Real tau = density[i] * depth, thick = tau * tau;
-        out[i] += scattered * mean[i] * (thick / (thick + THIN));
+        out[i] += scattered * mean[i] * (thick / (thick + thin));
     }
 }
 
@@ -107,7 +107,7 @@ R_OUTLINE void beam_mean_row(const Real *restrict density, const Real *restrict 
  * through the downstream faces less what enters. */
 typedef struct Books {
     const Real *L[4], *S[4], *density, *share, *bubble;
-    Real weight[4][2], depth;
+    Real weight[4][2], depth, thin; /* thin: tau^2 of a cell that takes half of its mean from its corners */
 } Books;
 
 R_INLINE Real mean_of(const Books *books, int64_t at, int64_t next, int64_t cell) {
@@ -117,8 +117,8 @@ R_INLINE Real mean_of(const Books *books, int64_t at, int64_t next, int64_t cell
         S += books->S[k][at] + books->S[k][next];
         L += books->L[k][at] + books->L[k][next];
     }
-    Real part = R(1.0) / (tau * tau + THIN), kept = R(0.125) * S * books->share[cell] + books->bubble[cell];
-    return part * (tau * (tau * kept - leaves) + THIN * R(0.125) * L);
+    Real part = R(1.0) / (tau * tau + books->thin), kept = R(0.125) * S * books->share[cell] + books->bubble[cell];
+    return part * (tau * (tau * kept - leaves) + books->thin * R(0.125) * L);
 }
 
 R_OUTLINE void mean_row(const Books *given, int count, Real *restrict out) {
@@ -127,12 +127,12 @@ R_OUTLINE void mean_row(const Books *given, int count, Real *restrict out) {
     const Real *restrict L0 = books.L[0], *restrict L1 = books.L[1], *restrict L2 = books.L[2], *restrict L3 = books.L[3];
     const Real *restrict S0 = books.S[0], *restrict S1 = books.S[1], *restrict S2 = books.S[2], *restrict S3 = books.S[3];
     for (int i = 0; i < count; i++) { /* vec */
-        Real tau = density[i] * books.depth, part = R(1.0) / (tau * tau + THIN);
+        Real tau = density[i] * books.depth, part = R(1.0) / (tau * tau + books.thin);
         Real leaves = books.weight[0][0] * L0[i] + books.weight[0][1] * L0[i + 1] + books.weight[1][0] * L1[i] + books.weight[1][1] * L1[i + 1] +
                       books.weight[2][0] * L2[i] + books.weight[2][1] * L2[i + 1] + books.weight[3][0] * L3[i] + books.weight[3][1] * L3[i + 1];
         Real S = S0[i] + S0[i + 1] + S1[i] + S1[i + 1] + S2[i] + S2[i + 1] + S3[i] + S3[i + 1];
         Real L = L0[i] + L0[i + 1] + L1[i] + L1[i + 1] + L2[i] + L2[i + 1] + L3[i] + L3[i + 1], kept = R(0.125) * S * share[i] + bubble[i];
-        out[i] = part * (tau * (tau * kept - leaves) + THIN * R(0.125) * L);
+        out[i] = part * (tau * (tau * kept - leaves) + books.thin * R(0.125) * L);
     }
 }
 
@@ -332,7 +332,7 @@ static Real step_round(const Way *way, Real *kept) {
 static void beam_means(const Way *way) {
     int64_t cells = way->sweep->grid->cell_count;
     for (int n = 0; n < way->sweep->beam_count; n++) {
-        const Real factors[2] = {way->depth, (Real)way->sweep->beams[n].scattered};
+        const Real factors[3] = {way->depth, (Real)way->sweep->beams[n].scattered, (Real)(way->sweep->thin * way->sweep->thin)};
         for (int64_t first = 0; first < cells; first += NPH_SHDOM_BLOCK)
             beam_mean_row(way->density + first, (const Real *)way->sweep->beams[n].mean + first, factors,
                           (int)(cells - first < NPH_SHDOM_BLOCK ? cells - first : NPH_SHDOM_BLOCK), way->mean + first);
@@ -345,7 +345,8 @@ static void mean_plane(const Way *way, int64_t at) {
     for (int64_t c = 0; c < way->points[2] && up >= 0; c++) {
         int64_t above = before(way, 2, c), cell = between(way, 0, at) * way->cell_step[0] + between(way, 2, c) * way->cell_step[2];
         if (above < 0) continue;
-        Books books = {.density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell, .depth = way->depth};
+        Books books = {.density = way->density + cell, .share = way->share + cell, .bubble = way->bubble + cell, .depth = way->depth,
+                       .thin = (Real)(way->sweep->thin * way->sweep->thin)};
         for (int k = 0; k < 4; k++) {
             int64_t row = (k & 2 ? up : at) * way->point_step[0] + (k & 1 ? above : c) * way->point_step[2];
             Real across = (k & 2 ? -way->part[0] : way->part[0]) + (k & 1 ? -way->part[2] : way->part[2]);

@@ -138,6 +138,13 @@ static double window_at(int kind, double x) {
     return kind == NPH_SHDOM_HANNING ? 0.5 + 0.5 * nph_cos(PI * x) : nph_sin(PI * x) / (PI * x);
 }
 
+/* f, no more than keeps all moments at -1 or above: what a backward peak has in even degrees is no forward peak. */
+static double cut_of(const double *chi, int bands) {
+    double f = chi[bands];
+    for (int l = 0; l < bands; l++) f = 0.5 * (1.0 + chi[l]) < f ? 0.5 * (1.0 + chi[l]) : f;
+    return f > 0.0 ? f : 0.0;
+}
+
 void nph_shdom_angles(const NphPhase *phase, const NphShdomCut *cut, NphShdomAngles *angles) {
     double chi[NPH_SHDOM_BANDS_MAX + 1], point[NPH_SHDOM_POLAR_MAX / 2], weight[NPH_SHDOM_POLAR_MAX / 2];
     int half = (cut->polar > 0 ? cut->polar : 2 * cut->bands) / 2, last = 0;
@@ -152,7 +159,7 @@ void nph_shdom_angles(const NphPhase *phase, const NphShdomCut *cut, NphShdomAng
         angles->weight[half + i] = angles->weight[half - 1 - i] = weight[i];
     }
     nph_shdom_moments(phase, cut->bands + 1, chi);
-    angles->cut = cut->delta_m && chi[cut->bands] > 0.0 ? chi[cut->bands] : 0.0;
+    angles->cut = cut->delta_m ? cut_of(chi, cut->bands) : 0.0;
     double width = cut->width > 0.0 ? cut->width : (double)cut->bands;
     for (int l = 0; l < NPH_SHDOM_BANDS_MAX; l++) {
         angles->plain[l] = l < cut->bands ? (chi[l] - angles->cut) / (1.0 - angles->cut) : 0.0;

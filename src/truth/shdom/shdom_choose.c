@@ -145,6 +145,7 @@ NphStatus nph_shdom_choose(const NphJob *job, NphShdomChoice *choice) {
     nph_transport_choose(scene, job->plan_full, &made.transport);
     NPH_TRY(refuse(job, &made));
     made.channels = made.transport.film_channels > 1 ? 3 : 1;
+    made.thin = job->knobs[NPH_SHDOM_KNOB_THIN];
     made.cubic = job->knobs[NPH_SHDOM_KNOB_CUBIC] > 0.5;
     made.history = (int)job->knobs[NPH_SHDOM_KNOB_HISTORY];
     for (int c = 0; c < 3; c++) made.kept[c] = 1.0;

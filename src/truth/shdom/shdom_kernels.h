@@ -37,6 +37,7 @@ typedef struct NphShdomSweep {
     double along[3];     /* in the grid's space, of one metre on the ordinate */
     double extinction;   /* per unit of density [1/m] */
     int cubic;           /* radiance is interpolated by polynomials of third degree, else linearly */
+    double thin;         /* optical depth of a step at which a cell's mean is half that of its corners */
     double border;       /* radiance that comes in at open sides */
     const void *density, *share, *bubble; /* [cell]; share: how much the source counts; bubble: what comes on top of it */
     const void *source;  /* [coefficient][point] */

@@ -157,7 +157,7 @@ static NphStatus run_sweep(void *opaque, int64_t number, int worker) {
     nph_shdom_ordinate(&choice->angles, ordinate, d);
     nph_shdom_harmonics(choice->angles.bands, d, basis);
     NphShdomSweep sweep = {.grid = grid, .basis = basis, .coefficients = choice->angles.terms, .extinction = choice->extinction[c],
-                           .density = solver->density, .projected = solver->projected[worker], .cubic = choice->cubic};
+                           .density = solver->density, .projected = solver->projected[worker], .cubic = choice->cubic, .thin = choice->thin};
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) sweep.along[a] += grid->from_local[4 * a + b] * d[b];
     int64_t row = nph_shdom_row(choice);
