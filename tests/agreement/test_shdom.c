@@ -196,7 +196,7 @@ START_TEST(extremes_stay_finite_and_bound) {
                                          extinction[i % 3], i & 1 ? 1.0 : 0.5, g[i / 3 % 3], lit[i / 9]), &options, 2);
         double mean = render_mean(&render, "R");
         ck_assert_msg(mean > -0.05 && mean < 10.0, "extinction %g, g %g, %s: %g", extinction[i % 3], g[i / 3 % 3], lit[i / 9], mean);
-        if (i / 9 == 3) ck_assert_double_eq_tol(mean, 0.0, 0.0);
+        if (i / 9 == 3) ck_assert(mean <= 0.0 && mean >= 0.0);
         render_free(&render);
     }
 }
