@@ -8,6 +8,7 @@
  *           steep the shadows and however uneven the density
  *   sun     depth of density towards each sun at points; sun_mean: the same mean of e^-tau in cells. Sweeps follow suns by these.
  * Cells around a point light have their mean from rays that leave it in all directions. */
+#include <assert.h>
 #include <string.h>
 
 #include "core/fmath.h"
@@ -23,6 +24,14 @@ static void to_local(const NphShdomGrid *grid, const double u[3], double p[3]) {
         const double *row = grid->to_local + 4 * a;
         p[a] = row[0] * u[0] + row[1] * u[1] + row[2] * u[2] + row[3];
     }
+}
+
+/* Of point number `at` of rows, in the grid's space. */
+static void place_of(const int32_t points[3], int64_t at, double u[3]) {
+    int64_t row = at / points[0], plane = row / points[1];
+    u[0] = (double)(at % points[0]);
+    u[1] = (double)(row % points[1]);
+    u[2] = (double)plane;
 }
 
 /* Just inside: a point in a side of the medium is lit as what lies behind that side is. */
@@ -88,6 +97,7 @@ static Beam depth_to(const NphShdomSolver *solver, int l, const double u[3], int
 static Beam arrives(const NphShdomSolver *solver, int l, const double u[3], int worker, double value[3]) {
     const NphShdomChoice *choice = solver->choice;
     double depth;
+    assert(choice->channels <= 3);
     Beam beam = depth_to(solver, l, u, worker, &depth);
     for (int c = 0; c < choice->channels; c++)
         value[c] = solver->scene->beam[l][c] * beam.value * nph_exp(-choice->extinction[c] * depth);
@@ -109,8 +119,8 @@ static void sun_points(const NphShdomSolver *solver, const int64_t range[2], int
     size_t real = (size_t)solver->precision / 8;
     for (int n = 0; n < choice->sun_count; n++) {
         for (int64_t point = range[0]; point < range[1]; point++) {
-            double u[3] = {(double)(point % grid->points[0]), (double)(point / grid->points[0] % grid->points[1]),
-                           (double)(point / grid->points[0] / grid->points[1])};
+            double u[3];
+            place_of(grid->points, point, u);
             (void)depth_to(solver, choice->suns[n], u, worker, &row[point - range[0]]);
         }
         solver->kernels.store(row, range[1] - range[0], (char *)solver->sun + real * (size_t)(n * grid->point_count + range[0]));
@@ -128,8 +138,8 @@ void nph_shdom_direct_points(NphShdomSolver *solver, int64_t block, int worker) 
     size_t real = (size_t)solver->precision / 8;
     memset(rows, 0, sizeof *rows * (size_t)choice->channels * (size_t)terms * NPH_SHDOM_BLOCK);
     for (int64_t point = first; point < end; point++) {
-        double u[3] = {(double)(point % grid->points[0]), (double)(point / grid->points[0] % grid->points[1]),
-                       (double)(point / grid->points[0] / grid->points[1])};
+        double u[3];
+        place_of(grid->points, point, u);
         for (int l = 0; l < local->light_count; l++) {
             double value[3];
             if (!is_beam(choice, &local->lights[l])) continue;
@@ -220,6 +230,7 @@ static void around(const NphShdomSolver *solver, int l, const int64_t cell[3], d
     turn_into(grid, p, from);
     for (int a = 0; a < 3; a++) from[a] += grid->from_local[4 * a + 3];
     nph_shdom_gauss(FALL, point, weight);
+    assert(choice->channels <= 3);
     for (int c = 0; c < 3; c++) mean[c] = 0.0;
     for (int i = 0; i < FALL * TURN; i++) {
         double z = 2.0 * point[i / TURN] - 1.0, across = nph_sqrt(1.0 - z * z), sine, cosine, w[3], near, far;
@@ -249,6 +260,7 @@ static int is_near(const NphShdomGrid *grid, const RLight *light, const int64_t 
 static void mean_of_corners(const NphShdomSolver *solver, const int64_t cell[3], double mean[3]) {
     const NphShdomChoice *choice = solver->choice;
     const NphShdomGrid *grid = &choice->grid;
+    assert(choice->channels <= 3);
     for (int i = 0; i < 8; i++) {
         int64_t at[3];
         for (int a = 0; a < 3; a++) at[a] = (cell[a] + (i >> a & 1)) % grid->points[a];
@@ -265,6 +277,7 @@ static void share_of(const NphShdomSolver *solver, const int64_t cell[3], int wo
     const NphShdomGrid *grid = &choice->grid;
     const RScene *local = &solver->scene->local;
     double gets[3] = {0.0, 0.0, 0.0}, corners[3] = {0.0, 0.0, 0.0};
+    assert(choice->channels <= 3);
     int64_t number = (cell[2] * grid->cells[1] + cell[1]) * grid->cells[0] + cell[0];
     double density = solver->kernels.load(solver->density, number);
     for (int l = 0; l < local->light_count; l++) {
@@ -286,6 +299,7 @@ static void sun_cells(const NphShdomSolver *solver, const int64_t range[2], int 
     double *rows = solver->rows[worker];
     size_t real = (size_t)solver->precision / 8;
     for (int n = 0; n < choice->sun_count; n++) {
+        assert(choice->channels <= 3);
         for (int64_t cell = range[0]; cell < range[1]; cell++) {
             int64_t at[3] = {cell % grid->cells[0], cell / grid->cells[0] % grid->cells[1], cell / grid->cells[0] / grid->cells[1]};
             double mean[3];
@@ -328,12 +342,13 @@ static void add_map(const NphShdomAngles *angles, const REnvironment *map, int c
         r_environment_texel(map, row, column, radiance);
         if (!(radiance[0] + radiance[1] + radiance[2] > 0.0)) continue;
         for (int k = 0; k < parts * parts; k++) {
-            double z = top + (low - top) * (k / parts + 0.5) / parts, across = nph_sqrt(1.0 - z * z), sine, cosine, unused[3];
-            nph_sincos2pi(0.5 - (column + (k % parts + 0.5) / parts) / map->width + map->turns, &sine, &cosine);
+            int down = k / parts, right = k % parts;
+            double z = top + (low - top) * (down + 0.5) / parts, across = nph_sqrt(1.0 - z * z), sine, cosine, unused[3];
+            nph_sincos2pi(0.5 - (column + (right + 0.5) / parts) / map->width + map->turns, &sine, &cosine);
             double d[3] = {-across * cosine, -across * sine, -z}, dOmega = 2.0 * PI * (top - low) / map->width / (parts * parts);
             int ordinate = nph_shdom_ordinate_of(angles, d);
             double solid = nph_shdom_ordinate(angles, ordinate, unused);
-            for (int c = 0; c < channels; c++) border[c * ordinates + ordinate] += radiance[c] * dOmega / solid;
+            for (int c = 0; c < channels && c < 3; c++) border[c * ordinates + ordinate] += radiance[c] * dOmega / solid;
         }
     }
 }

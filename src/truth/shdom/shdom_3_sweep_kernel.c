@@ -319,7 +319,7 @@ static Real step_round(const Way *way, Real *kept) {
         for (int64_t j = 0; i == 0 && kept && j < way->points[1] * way->points[2]; j++)
             kept[count++] = way->radiance[here + j % way->points[1] * way->point_step[1] + j / way->points[1] * way->point_step[2]];
         step_plane(way, at);
-        for (int64_t j = 0; j < count; j++) {
+        for (int64_t j = 0; kept && j < count; j++) {
             Real now = way->radiance[here + j % way->points[1] * way->point_step[1] + j / way->points[1] * way->point_step[2]];
             change = r_max(change, r_abs(now - kept[j]));
             most = r_max(most, r_abs(now));

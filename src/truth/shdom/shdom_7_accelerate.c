@@ -35,7 +35,7 @@ static NphStatus run_block(void *opaque, int64_t block, int worker) {
 
 /* Solves for the other sources' weights; order: slots, the newest first, which is `order[0]`. */
 static void solve_weights(const double *gram, int history, const int *order, int count, double *weights) {
-    double A[MOST][MOST + 1], kept[MOST];
+    double A[MOST][MOST + 1] = {{0.0}}, kept[MOST] = {0.0};
     int used[MOST] = {0}, now = order[0];
     double square = gram[now * history + now];
     for (int i = 1; i < count; i++) {

@@ -100,7 +100,8 @@ static void sampled_moments(const NphPhase *phase, int count, double *chi) {
     RPhase drawn = r_phase(phase);
     nph_shdom_gauss(POINTS, point, weight);
     for (int i = 0; i < PANELS * POINTS; i++) {
-        double u = (i / POINTS + point[i % POINTS]) / PANELS;
+        int panel = i / POINTS;
+        double u = (panel + point[i % POINTS]) / PANELS;
         add_legendre(r_phase_angle(&drawn, u, 0.0).cosine, weight[i % POINTS] / PANELS, count, chi);
     }
 }
