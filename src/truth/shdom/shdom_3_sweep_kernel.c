@@ -13,6 +13,7 @@
  * so that what cells scatter, who have their own source for it, is what does not come out: no light is gained or lost between points.
  * Cells that are nearly empty, which have no books to keep, take it from their corners: thin^2 parts to tau^2.
  * [density, share, bubble, source -> radiance, mean] */
+#include <assert.h>
 #include <string.h>
 
 #include "truth/shdom/shdom_kernels.h"
@@ -408,6 +409,7 @@ int64_t NPH_KERNEL(nph_shdom_sweep)(const NphShdomSweep *sweep) {
                .radiance = sweep->radiance, .mean = sweep->mean};
     Real *projected = sweep->projected, *kept = projected + sweep->grid->point_count; /* a plane and two rows behind it */
     lay_out(sweep, &way);
+    assert(projected && way.radiance);
     way.rows[0] = kept + way.points[1] * way.points[2] + 2;
     way.rows[1] = way.rows[0] + way.points[1] + 2;
     project(sweep, projected);

@@ -66,7 +66,7 @@ NphStatus nph_shdom_accelerate(NphShdomSolver *solver) {
     const NphShdomChoice *choice = solver->choice;
     int64_t size = nph_shdom_row(choice), blocks = nph_shdom_blocks(size);
     int history = choice->history, done = solver->iteration - 1, slot = done % history, count = done < history ? done + 1 : history;
-    int order[MOST];
+    int order[MOST] = {0};
     double weights[MOST] = {0.0};
     char *source = (char *)solver->source + (size_t)(solver->channel * size) * ((size_t)solver->precision / 8);
     Step step = {.solver = solver, .mix = {.size = size, .slot = slot, .count = count, .weights = weights, .scattered = solver->scattered,

@@ -147,7 +147,7 @@ static double cut_of(const double *chi, int bands) {
 }
 
 void nph_shdom_angles(const NphPhase *phase, const NphShdomCut *cut, NphShdomAngles *angles) {
-    double chi[NPH_SHDOM_BANDS_MAX + 1], point[NPH_SHDOM_POLAR_MAX / 2], weight[NPH_SHDOM_POLAR_MAX / 2];
+    double chi[NPH_SHDOM_BANDS_MAX + 1] = {0.0}, point[NPH_SHDOM_POLAR_MAX / 2] = {0.0}, weight[NPH_SHDOM_POLAR_MAX / 2] = {0.0};
     int half = (cut->polar > 0 ? cut->polar : 2 * cut->bands) / 2, last = 0;
     half = half > 0 ? half : 1;
     angles->bands = cut->bands;
