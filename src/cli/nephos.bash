@@ -13,7 +13,7 @@ _nephos()
     case "$before" in
     --precision) mapfile -t COMPREPLY < <(compgen -W "f32 f64" -- "$word"); return ;;
     --plan) mapfile -t COMPREPLY < <(compgen -W "full" -- "$word"); return ;;
-    --method) mapfile -t COMPREPLY < <(compgen -W "path light single photonmap temporal_photons principal_ordinates" -- "$word"); return ;;
+    --method) mapfile -t COMPREPLY < <(compgen -W "path light single photonmap shdom temporal_photons principal_ordinates" -- "$word"); return ;;
     --interface) mapfile -t COMPREPLY < <(compgen -W "opencl cuda cuda_fast vulkan webgpu" -- "$word"); return ;;
     --flip) mapfile -t COMPREPLY < <(compgen -W "hdr ldr" -- "$word"); return ;;
     --show) mapfile -t COMPREPLY < <(compgen -W "$("$program" diagnose --list 2>/dev/null | awk '{print $2}')" -- "$word"); return ;;

@@ -32,6 +32,7 @@ void run_options_add(OptionTable *table, RunOptions *run) {
     option_add(table, (Option){.name = "method", .letter = 'm', .kind = OPTION_TEXT, .target = &run->method,
                                .value_name = "M", .meaning = "path, the unbiased path tracer (default); light, light tracing; single, light "
                                           "scattered at most once, by quadrature; photonmap, volumetric photon mapping; "
+                                          "shdom, discrete ordinates on a grid, without noise; "
                                           "temporal_photons, photons in a coarse grid, refreshed in part by each frame; "
                                           "principal_ordinates, light in grids along its main directions"});
     option_add(table, (Option){.name = "define", .letter = 'D', .kind = OPTION_LIST, .target = &run->knobs,

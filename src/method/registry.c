@@ -12,6 +12,7 @@
 #include "truth/light/light_tracing.h"
 #include "truth/path/path.h"
 #include "truth/photonmap/photonmap.h"
+#include "truth/shdom/shdom.h"
 #include "truth/single/single.h"
 
 static const NphMethod *const methods[] = {
@@ -19,6 +20,7 @@ static const NphMethod *const methods[] = {
     &nph_light,
     &nph_single,
     &nph_photonmap,
+    &nph_shdom,
     &nph_temporal_photons,
     &nph_principal_ordinates,
 };

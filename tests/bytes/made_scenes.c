@@ -214,10 +214,10 @@ static NphStatus spectral(NphContext *context, NphScene *scene) {
 }
 
 const MadeScene made_scenes[] = {
-    {"box", box, "path light single photonmap temporal_photons principal_ordinates"},
+    {"box", box, "path light single photonmap temporal_photons principal_ordinates shdom"},
     {"coloured", coloured, "path light single"},
-    {"ball", ball, "path light single photonmap"},
-    {"dark", dark, "path light single photonmap temporal_photons principal_ordinates"},
+    {"ball", ball, "path light single photonmap shdom"},
+    {"dark", dark, "path light single photonmap temporal_photons principal_ordinates shdom"},
     {"fire", fire, "path light single"},
     {"solid", solid, "path light single"},
     {"spectral", spectral, "path"},

@@ -19,16 +19,18 @@ static void tell(void *user, NphMessageLevel level, const char *text) {
 }
 
 static NphStatus print_run(NphContext *context, const NphScene *scene, const char *method, int precision) {
-    static const char *const photons[] = {"photonmap.photons=2000"}, *const frames[] = {"tpm.photons=2000", "tpm.generations=2", "tpm.cells=200"};
-    int maps = strcmp(method, "photonmap") == 0, temporal = strcmp(method, "temporal_photons") == 0;
+    static const char *const photons[] = {"photonmap.photons=2000"}, *const frames[] = {"tpm.photons=2000", "tpm.generations=2", "tpm.cells=200"},
+                             *const grids[] = {"shdom.cells=5", "shdom.bands=3"}, *const lobes[] = {"pop.ordinates=8", "pop.cells=8", "pop.iterations=5"};
+    int maps = strcmp(method, "photonmap") == 0, temporal = strcmp(method, "temporal_photons") == 0, harmonics = strcmp(method, "shdom") == 0;
+    int principal = strcmp(method, "principal_ordinates") == 0;
     NphRenderOptions options;
     DigestTable table;
     nph_render_options_default(&options);
     options.method = method;
     options.samples = 16;
     options.precision = precision;
-    options.knob_count = maps ? 1 : temporal ? 3 : 0;
-    options.knobs = temporal ? frames : photons;
+    options.knob_count = maps ? 1 : temporal || principal ? 3 : harmonics ? 2 : 0;
+    options.knobs = temporal ? frames : principal ? lobes : harmonics ? grids : photons;
     NPH_TRY(digests_take(context, scene, &options, &table));
     for (int r = 0; r < table.count; r++) {
         const DigestRow *row = &table.rows[r];
@@ -40,11 +42,11 @@ static NphStatus print_run(NphContext *context, const NphScene *scene, const cha
 }
 
 static NphStatus print_scene(NphContext *context, const MadeScene *made) {
-    static const char *const methods[] = {"path", "light", "single", "photonmap", "temporal_photons", "principal_ordinates"};
+    static const char *const methods[] = {"path", "light", "single", "photonmap", "temporal_photons", "principal_ordinates", "shdom"};
     NphScene *scene = NULL;
     NPH_TRY(made_scene(context, made, WIDTH, HEIGHT, &scene));
     NphStatus status = NPH_OK;
-    for (int m = 0; m < 6; m++)
+    for (int m = 0; m < 7; m++)
         for (int precision = 32; precision <= 64 && status == NPH_OK; precision += 32)
             if (nph_stage_lists(made->methods, methods[m])) status = print_run(context, scene, methods[m], precision);
     nph_scene_free(context, scene);

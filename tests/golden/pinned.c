@@ -30,6 +30,7 @@ static const Settings settings[] = {
     {"light", {0, 0, 64, 48}, {NULL}},
     {"single", {16, 12, 48, 36}, {"single.tolerance=0.1"}},
     {"photonmap", {0, 0, 64, 48}, {"photonmap.photons=1000", "photonmap.nearest=20"}},
+    {"shdom", {0, 0, 64, 48}, {"shdom.cells=6", "shdom.bands=2", "shdom.gather=2"}},
     {"temporal_photons", {0, 0, 64, 48}, {"tpm.photons=2000", "tpm.generations=2", "tpm.cells=200"}},
     {"principal_ordinates", {0, 0, 64, 48}, {"pop.ordinates=8", "pop.cells=10", "pop.iterations=8"}},
 };

@@ -35,8 +35,9 @@ static NphScene *parse(NphContext *context) {
 /* Mean of the picture's red; the status in *status. */
 static double render_by(const char *method, NphContext *context, const NphWatch *watch, NphStatus *status) {
     static const char *const few[] = {"photonmap.photons=500", "photonmap.step=1"},
-                             *const generations[] = {"tpm.photons=500", "tpm.generations=2", "tpm.cells=64"};
-    int maps = strcmp(method, "photonmap") == 0, frames = strcmp(method, "temporal_photons") == 0;
+                             *const generations[] = {"tpm.photons=500", "tpm.generations=2", "tpm.cells=64"},
+                             *const grid[] = {"shdom.cells=4", "shdom.bands=2", "shdom.iterations=4"};
+    int maps = strcmp(method, "photonmap") == 0, frames = strcmp(method, "temporal_photons") == 0, ordinates = strcmp(method, "shdom") == 0;
     NphRenderOptions options;
     NphFilm *film = NULL;
     NphImage image = {0};
@@ -45,8 +46,8 @@ static double render_by(const char *method, NphContext *context, const NphWatch 
     nph_render_options_default(&options);
     options.method = method;
     options.samples = 16;
-    options.knob_count = maps ? 2 : frames ? 3 : 0;
-    options.knobs = frames ? generations : few;
+    options.knob_count = maps ? 2 : frames || ordinates ? 3 : 0;
+    options.knobs = frames ? generations : ordinates ? grid : few;
     *status = watch ? nph_render_watched(context, scene, &options, watch, &film, NULL) : nph_render(context, scene, &options, &film, NULL);
     if (*status == NPH_OK) {
         ck_assert_int_eq(nph_film_image(context, film, &image), NPH_OK);
@@ -102,6 +103,9 @@ static const Looked looked[] = {
                    {"photonmap.scan", "photonmap.first"}, {"photonmap.trace", "photonmap.id"}, {"photonmap.trace", "photonmap.place"},
                    {"photonmap.trace", "photonmap.medium"}, {"photonmap.tree", "photonmap.node"}, {"photonmap.tree", "photonmap.node_photon"},
                    {"photonmap.tree", "photonmap.power"}, {"photonmap.march", "photonmap.image"}, {"photonmap.accumulate", "film.node"}}},
+    {"shdom", {{"shdom.properties", "shdom.density"}, {"shdom.direct", "shdom.sun"}, {"shdom.sweep", "shdom.radiance"}, {"shdom.moments", "shdom.moments"},
+               {"shdom.first", "shdom.source"}, {"shdom.scatter", "shdom.scattered"}, {"shdom.accelerate", "shdom.history"},
+               {"shdom.finish", "shdom.field"}, {"shdom.march", "shdom.sample"}, {"shdom.accumulate", "film.node"}}},
     {"temporal_photons", {{"tpm.clear", "tpm.sum"}, {"tpm.trace", "tpm.partial"}, {"tpm.update", "tpm.sum"}, {"tpm.resolve", "tpm.coarse"},
                           {"tpm.upsample", "tpm.fine"}, {"tpm.march", "tpm.picture"}, {"tpm.enlarge", "tpm.image"},
                           {"tpm.accumulate", "film.node"}}},
@@ -130,7 +134,7 @@ END_TEST
 /* What brings light in proportion, and only some of it: of none, once and twice as much the picture is a straight line. */
 START_TEST(light_that_is_written_is_light_in_the_picture) {
     static const char *const places[][3] = {{"light", "light.connect", "light.splat_add"}, {"single", "single.march", "single.part"},
-                                            {"photonmap", "photonmap.trace", "photonmap.power"}};
+                                            {"photonmap", "photonmap.trace", "photonmap.power"}, {"shdom", "shdom.finish", "shdom.field"}};
     NphContext *context = nph_test_context(1);
     NphStatus status;
     double mean[3];
@@ -248,6 +252,7 @@ START_TEST(what_no_other_method_could_have_is_refused_too) {
         {"light", "light.trace", "light.flight_ray", INFINITY, 0},
         {"light", "light.emit", "light.hero", 1.0f, 5},
         {"single", "single.generate", "single.ray", INFINITY, 0},
+        {"shdom", "shdom.sweep", "shdom.radiance", INFINITY, 0},
         {"photonmap", "photonmap.fill", "photonmap.emitted", 1.0f, 1 << 30},
         {"photonmap", "photonmap.scan", "photonmap.first", 1.0f, 1},
         {"photonmap", "photonmap.trace", "photonmap.medium", 1.0f, 77},
@@ -342,7 +347,7 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_loop_test(cases, a_run_whose_buffers_are_read_and_put_back_is_the_same_run, 0, LOOKED);
-    tcase_add_loop_test(cases, light_that_is_written_is_light_in_the_picture, 0, 3);
+    tcase_add_loop_test(cases, light_that_is_written_is_light_in_the_picture, 0, 4);
     tcase_add_test(cases, places_that_no_photon_takes_are_empty);
     tcase_add_test(cases, what_no_other_method_could_have_is_refused_too);
     tcase_add_test(cases, what_is_written_is_what_the_run_goes_on_with);
