@@ -346,6 +346,35 @@ START_TEST(importance_goes_where_light_would_come_from) {
 }
 END_TEST
 
+/* A camera that turns: the map of frame 2 is the mean of those of frames 0, 1 and 2. */
+START_TEST(importance_is_averaged_over_frames) {
+    static const char *const positions[] = {"{frames: [0, 1, 2], values: [[-3, 0.5, 0.5], [0.5, -3, 0.5], [3, 0.5, 0.5]]}", "[-3, 0.5, 0.5]", "[0.5, -3, 0.5]", "[3, 0.5, 0.5]"};
+    double map[4][NPH_POP_MAP_WIDTH * NPH_POP_MAP_HEIGHT], apart = 0.0;
+    for (int k = 0; k < 4; k++) {
+        Solution s;
+        solution_open(&s, render_text("nephos: 1\ncamera: {resolution: [8, 8], position: %s, look_at: [0.5, 0.5, 0.5], fov: 15}\nmedia:\n  - {" CUBE("1", "1", "0.9")
+                                      "}\nlights:\n" WHITE, positions[k]), 1, "pop.ordinates=4 pop.cells=4 pop.frames=3");
+        if (k == 0) { /* solved at its frame 2 */
+            NphScene *last = NULL;
+            nph_pop_solver_close(&s.solver);
+            ck_assert_int_eq(nph_scene_at_frame(s.context, s.scene, 2, &last), NPH_OK);
+            nph_scene_free(s.context, s.scene);
+            s.job.scene = s.scene = last;
+            ck_assert_int_eq(nph_pop_solver_open(&s.job, &s.solver), NPH_OK);
+        }
+        solve(&s, NPH_POP_MEDIUM, NPH_POP_IMPORTANCE, 0);
+        memcpy(map[k], s.solver.arrays.importance, sizeof map[k]);
+        solution_close(&s);
+    }
+    for (int i = 0; i < NPH_POP_MAP_WIDTH * NPH_POP_MAP_HEIGHT; i++) {
+        double mean = (map[1][i] + map[2][i] + map[3][i]) / 3.0;
+        ck_assert_double_eq_tol(map[0][i], mean, 1e-12 * mean + 1e-15);
+        apart += fabs(map[0][i] - map[3][i]);
+    }
+    ck_assert_double_gt(apart, 1e-3);
+}
+END_TEST
+
 START_TEST(what_is_not_modelled_is_refused) {
     static const struct {
         const char *yaml, *says;
@@ -396,6 +425,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, a_full_plan_is_the_same_picture);
     tcase_add_test(cases, extremes_are_survived);
     tcase_add_test(cases, importance_goes_where_light_would_come_from);
+    tcase_add_test(cases, importance_is_averaged_over_frames);
     tcase_add_test(cases, what_is_not_modelled_is_refused);
     tcase_add_test(cases, memory_is_planned_and_may_fail);
 }
