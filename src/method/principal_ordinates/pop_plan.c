@@ -134,8 +134,8 @@ NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
 static NphStatus plan_left_out(const NphJob *job, const NphPopChoice *choice, NphPlan *plan) {
     NphContext *context = job->context;
     const double *knobs = job->knobs;
-    const NphMedium *medium = choice->medium < 0 ? NULL : &job->scene->media[choice->medium];
     if (!choice->lit) return nph_plan_add(context, plan, "left out", "grids", 0, "nothing scatters, or there is no light");
+    const NphMedium *medium = &job->scene->media[choice->medium];
     if (choice->channels == 1 && choice->transport.film_channels == 3)
         NPH_TRY(nph_plan_add(context, plan, "left out", "channels", 0, "the medium is grey: one is propagated for three, and coloured by its ordinate"));
     if (choice->sky == 0) NPH_TRY(nph_plan_add(context, plan, "left out", "sampling of the sky", 0, "there is none beside suns"));
