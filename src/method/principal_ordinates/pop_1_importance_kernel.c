@@ -106,9 +106,10 @@ static void iterate(Flow *f, int from, Real *lost, Real *bent) {
 }
 
 static void texel_way(int i, Real d[3]) {
+    int row = i / NPH_POP_MAP_WIDTH, column = i % NPH_POP_MAP_WIDTH;
     double sine, cosine, middle, top;
-    nph_sincos2pi(0.5 * ((double)(i / NPH_POP_MAP_WIDTH) + 0.5) / NPH_POP_MAP_HEIGHT, &middle, &top);
-    nph_sincos2pi(0.5 - ((double)(i % NPH_POP_MAP_WIDTH) + 0.5) / NPH_POP_MAP_WIDTH, &sine, &cosine);
+    nph_sincos2pi(0.5 * ((double)row + 0.5) / NPH_POP_MAP_HEIGHT, &middle, &top);
+    nph_sincos2pi(0.5 - ((double)column + 0.5) / NPH_POP_MAP_WIDTH, &sine, &cosine);
     d[0] = (Real)(middle * cosine);
     d[1] = (Real)(middle * sine);
     d[2] = (Real)top;

@@ -192,7 +192,8 @@ static void cut(Sky *sky, const int r[4], int ordinates) {
     nph_sincos2pi(0.25 * (double)(r[0] + r[1]) / (double)sky->height, &sine, &unused);
     int across = wide > 1 && (tall == 1 || 2.0 * (double)wide * sine / (double)sky->width >= (double)tall / (double)sky->height);
     int begin = across ? r[2] : r[0], end = across ? r[3] : r[1], low = begin + 1, high = end - 1;
-    double wanted = (double)(ordinates / 2) / (double)ordinates;
+    int half = ordinates / 2;
+    double wanted = (double)half / (double)ordinates;
     while (low < high) { /* the last place before which there is not more than that */
         int middle = (low + high + 1) / 2;
         lower[across ? 3 : 1] = middle;

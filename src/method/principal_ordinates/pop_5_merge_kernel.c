@@ -27,11 +27,12 @@ typedef struct Places {
 } Places;
 
 static void find_places(const RPopScene *scene, const RPopBox *box, const int32_t first[2], Places *at) {
-    for (int row = 0, i = 0; row < at->rows; row++)
-        for (int32_t x = 0; x < at->width; x++, i++) {
+    at->count = 0;
+    for (int row = 0; row < at->rows; row++)
+        for (int32_t x = 0; x < at->width; x++, at->count++) {
             Real p[3];
             r_pop_middle(scene, box, x, first[0] + row, first[1], p);
-            for (int a = 0; a < 3; a++) at->p[a][i] = p[a];
+            for (int a = 0; a < 3; a++) at->p[a][at->count] = p[a];
         }
 }
 
@@ -97,7 +98,8 @@ static int is_dark(const Real *row) { return !(row[NPH_POP_VALUE] + row[NPH_POP_
 /* From power over the mean solid angle of cells to power in a volume of a shell. */
 static void thin_places(const RPopGrid *grid, Places *at) {
     for (int i = 0; i < at->count; i++) {
-        Real inside = r_pop_radius(grid, (Real)(at->first[i] / (grid->n[0] * grid->n[1])) + at->part[2][i]), outside = inside * r_exp(grid->log_ratio);
+        int32_t shell = at->first[i] / (grid->n[0] * grid->n[1]);
+        Real inside = r_pop_radius(grid, (Real)shell + at->part[2][i]), outside = inside * r_exp(grid->log_ratio);
         at->value[i] /= (outside * outside * outside - inside * inside * inside) * R(0.33333333333333333);
     }
 }
@@ -138,7 +140,6 @@ static void begin_rows(const RPopScene *scene, const RPopBox *box, int32_t y, in
     int32_t most = MOST / box->n[0], left = box->n[1] - y;
     at->width = box->n[0];
     at->rows = (int)(left < most ? left : most);
-    at->count = at->rows * at->width;
     find_places(scene, box, (int32_t[]){y, z}, at);
 }
 
@@ -260,8 +261,9 @@ static void add_spread(const RPopScene *scene, const NphPopArrays *arrays, const
         grid.edge[a] = box->edge[a];
     }
     for (int i = 0; i < at->count; i++) { /* in the medium's space */
-        at->p[0][i] = from->lo[0] + ((Real)(i % at->width) + R(0.5)) * from->edge[0];
-        at->p[1][i] = from->lo[1] + ((Real)(first[0] + i / at->width) + R(0.5)) * from->edge[1];
+        int32_t x = i % at->width, y = first[0] + i / at->width;
+        at->p[0][i] = from->lo[0] + ((Real)x + R(0.5)) * from->edge[0];
+        at->p[1][i] = from->lo[1] + ((Real)y + R(0.5)) * from->edge[1];
         at->p[2][i] = from->lo[2] + ((Real)first[1] + R(0.5)) * from->edge[2];
     }
     find_grid(&grid, at);
@@ -275,7 +277,8 @@ static void add_spread(const RPopScene *scene, const NphPopArrays *arrays, const
 static void add_guides(const RPopScene *scene, const NphPopArrays *arrays, const int32_t first[2], const Places *at, Real *out) {
     const RPopBox *box = &scene->merged;
     for (int i = 0; i < at->count; i++) {
-        Real u = box->lo[0] + ((Real)(i % at->width) + R(0.5)) * box->edge[0], v = box->lo[1] + ((Real)(first[0] + i / at->width) + R(0.5)) * box->edge[1];
+        int32_t x = i % at->width, y = first[0] + i / at->width;
+        Real u = box->lo[0] + ((Real)x + R(0.5)) * box->edge[0], v = box->lo[1] + ((Real)y + R(0.5)) * box->edge[1];
         Real density = r_pop_density(scene, arrays->medium, u, v, box->lo[2] + ((Real)first[1] + R(0.5)) * box->edge[2]);
         out[i * NPH_POP_CELL + 3] = scene->density_max > R(0.0) ? density / scene->density_max : R(0.0);
     }

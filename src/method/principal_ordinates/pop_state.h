@@ -133,10 +133,11 @@ static inline void r_pop_radial_grid(const RPopScene *scene, const double place[
     grid->inner = (Real)inner;
     grid->core = (Real)(near < inner ? inner - near : 0.0);
     grid->log_ratio = (Real)(nph_log(far / inner) / (double)grid->n[2]);
-    for (int32_t i = 0; i < grid->n[0] * grid->n[1]; i++) {
-        Real u = R(2.0) * ((Real)(i % grid->n[0]) + R(0.5)) / (Real)grid->n[0] - R(1.0), v = R(2.0) * ((Real)(i / grid->n[0]) + R(0.5)) / (Real)grid->n[1] - R(1.0);
-        solid += (double)r_octahedron_solid(u, v, grid->n[0]);
-    }
+    for (int32_t y = 0; y < grid->n[1]; y++)
+        for (int32_t x = 0; x < grid->n[0]; x++) {
+            Real u = R(2.0) * ((Real)x + R(0.5)) / (Real)grid->n[0] - R(1.0), v = R(2.0) * ((Real)y + R(0.5)) / (Real)grid->n[1] - R(1.0);
+            solid += (double)r_octahedron_solid(u, v, grid->n[0]);
+        }
     grid->per_solid = (Real)((double)grid->n[0] * (double)grid->n[1] / solid);
 }
 
