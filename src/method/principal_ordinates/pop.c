@@ -16,6 +16,11 @@ static const NphKnob knobs[NPH_POP_KNOBS] = {
     {"pop.along", "1", "cells of a grid along its light; 0: as many as across", "blur against time", 0.0, 0.0, 512.0},
     {"pop.radial", "1", "shells of a point's grid, and cells of them along an edge of the octahedral map, made even", "blur against time", 8.0, 1.0, 256.0},
     {"pop.inner", "1", "radius of the innermost shell of a point in the medium, over that of the outermost", "blur near the point against cells", 0.02, 1e-4, 0.5},
+    {"pop.vpls", "1", "virtual point lights of surfaces", "bias of reflected light against time", 125.0, 0.0, NPH_POP_VPLS_MAX},
+    {"pop.vpl_cells", "1", "shells of their grids, and cells of them along an edge of the octahedral map, made even", "blur against time", 8.0, 1.0, 256.0},
+    {"pop.rsm", "1", "texels of a reflective shadow map along an edge", "coarse surfaces against time", 32.0, 1.0, 1024.0},
+    {"pop.clamp", "1", "part of a virtual point light's area that its pole is spread over", "bright spots against dark corners", 1.0, 0.0, 100.0},
+    {"pop.shadows", "1", "rays along an edge of a cell that look for its shadows; 0: surfaces do not shade the medium", "hard steps against time", 2.0, 0.0, 16.0},
     {"pop.iterations", "1", "of the propagation; 0: until it is isotropic to pop.epsilon_a, at least the cells along a grid", "lost light against time", 20.0,
      0.0, NPH_POP_ITERATIONS_MAX},
     {"pop.epsilon_a", "1", "mean cosine below which light counts as isotropic, where iterations are 0", "bias against time", 0.1, 1e-6, 1.0},
@@ -43,14 +48,17 @@ const NphStage nph_pop_stages[NPH_POP_STAGES] = {
     {"pop.medium", "downscaled medium [Elek14 sec. 4.2]", "", "pop.medium", {64, 1, 1}, 0},
     {"pop.importance", "importance of directions [Elek14 sec. 5.2]", "pop.medium", "pop.importance", {16, 16, 16}, 0},
     {"pop.ordinates", "sampling and prefiltering [Elek14 sec. 5.1]", "pop.importance", "pop.ordinate", {1, 1, 1}, 0},
+    {"pop.reflect", "reflective shadow maps [Dachsbacher05] [Elek14 sec. 6]", "pop.medium pop.ordinate", "pop.rsm", {64, 1, 1}, 0},
+    {"pop.vpls", "virtual point lights [Keller97] [Elek14 sec. 6]", "pop.rsm pop.ordinate", "pop.ordinate", {1, 1, 1}, 0},
     {"pop.grids", "densities of cells [Elek14 sec. 4.1]", "pop.ordinate pop.medium", "pop.density", {64, 1, 1}, 0},
-    {"pop.inject", "injection in one sweep [Elek14 sec. 4.1]", "pop.ordinate pop.density", SOLUTION, {64, 1, 1}, 0},
+    {"pop.shadows", "shadow maps [Elek14 sec. 6]", "pop.ordinate", "pop.lit", {64, 1, 1}, 0},
+    {"pop.inject", "injection in one sweep [Elek14 sec. 4.1]", "pop.ordinate pop.density pop.lit", SOLUTION, {64, 1, 1}, 0},
     {"pop.propagate", "propagation and accumulation [Elek14 eq. 1-8]", "pop.ordinate pop.density " SOLUTION, SOLUTION, {64, 1, 1}, 0},
     {"pop.join", "isotropic residuum [Elek14 sec. 5.4]", "pop.medium pop.ordinate pop.light pop.power", "pop.residuum pop.spread", {64, 1, 1}, 0},
     {"pop.spread", "isotropic propagation [Elek14 sec. 5.4]", "pop.medium pop.residuum pop.spread", "pop.residuum pop.spread", {64, 1, 1}, 0},
     {"pop.merge", "one grid of all [Elek14 sec. 5.3]", "pop.medium pop.ordinate pop.seen pop.spread", "pop.merged", {64, 1, 1}, 0},
     {"pop.upsample", "joint bilateral upsampling [Elek14 sec. 4.4] [Kopf07]", "pop.merged", "pop.fine", {64, 1, 1}, 0},
-    {"pop.march", "ray march [Elek14 sec. 4.4]", "pop.merged pop.fine", "pop.sample", {NPH_TILE_PIXELS, 1, 1}, 0},
+    {"pop.march", "ray march [Elek14 sec. 4.4]", "pop.merged pop.fine pop.medium pop.ordinate", "pop.sample", {NPH_TILE_PIXELS, 1, 1}, 0},
     {"pop.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "pop.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
 };
 
@@ -134,7 +142,10 @@ static int64_t items_of(const NphPopState *state, NphPopStage stage) {
     case NPH_POP_MEDIUM: return nph_pop_cells(choice->mips);
     case NPH_POP_IMPORTANCE: return NPH_POP_MAP_WIDTH * NPH_POP_MAP_HEIGHT;
     case NPH_POP_ORDINATES: return nph_pop_grids(choice);
+    case NPH_POP_REFLECT: return (int64_t)nph_pop_lamps(choice) * choice->rsm * choice->rsm;
+    case NPH_POP_VPLS: return choice->vpls;
     case NPH_POP_GRIDS:
+    case NPH_POP_SHADOWS:
     case NPH_POP_INJECT:
     case NPH_POP_PROPAGATE: return nph_pop_first(choice, nph_pop_grids(choice), 1);
     case NPH_POP_JOIN:
@@ -252,8 +263,8 @@ static void tell_grids(const NphPopSolver *s, NphLineFn line, void *user) {
         injected += s->arrays.power[i * NPH_POP_POWERS + NPH_POP_INJECTED];
         left += s->arrays.power[i * NPH_POP_POWERS + NPH_POP_LEFT];
     }
-    snprintf(text, sizeof text, "  grids: %d of suns, %d of the sky, %d of points; iterations: %d; left of what was injected: %.4g", s->choice.suns, s->choice.sky,
-             s->choice.points, s->iterations, injected > 0.0 ? left / injected : 0.0);
+    snprintf(text, sizeof text, "  grids: %d of suns, %d of the sky, %d of points, %d of surfaces; iterations: %d; left of what was injected: %.4g", s->choice.suns,
+             s->choice.sky, s->choice.points, s->choice.vpls, s->iterations, injected > 0.0 ? left / injected : 0.0);
     line(user, text);
 }
 

@@ -5,16 +5,19 @@
  *    0 medium      the density at the resolution of the grids (mips)
  *    1 importance  from the camera through the medium to the directions of the sky
  *    2 ordinates   directions, irradiances, and mean cosines of what each stands for
- *    3 grids       the density in every cell of every grid
- *    4 inject      what first scatters in a cell; what the unscattered beam shows
- *    5 propagate   every cell to its six neighbours, M times
- *    6 join        what is left of all grids, isotropic by then, into one grid along the medium
- *    7 spread      the same there (the isotropic residuum)
- *    8 merge       what all grids show the observer, into one grid along the medium
- *    9 upsample    to the resolution of the density, which guides it
+ *    3 reflect     what their light meets first on surfaces: reflective shadow maps
+ *    4 vpls        virtual point lights drawn from those
+ *    5 grids       the density in every cell of every grid
+ *    6 shadows     how much of every cell the unscattered light reaches
+ *    7 inject      what first scatters in a cell; what the unscattered beam shows
+ *    8 propagate   every cell to its six neighbours, M times
+ *    9 join        what is left of all grids, isotropic by then, into one grid along the medium
+ *   10 spread      the same there (the isotropic residuum)
+ *   11 merge       what all grids show the observer, into one grid along the medium
+ *   12 upsample    to the resolution of the density, which guides it
  * and for every tile and 16 samples:
- *   10 march       through density and what was merged
- *   11 accumulate  into the film's tree
+ *   13 march       through density and what was merged, to surfaces
+ *   14 accumulate  into the film's tree
  * The solution is the same for all samples: they differ in where in their pixel they look. */
 #ifndef NPH_METHOD_POP_H
 #define NPH_METHOD_POP_H
@@ -25,13 +28,16 @@ extern const NphMethod nph_principal_ordinates;
 extern const NphStage nph_pop_stages[];
 extern const NphBuffer nph_pop_buffers[];
 
-enum { NPH_RNG_POP_ORDINATE = 56 };
+enum { NPH_RNG_POP_ORDINATE = 56, NPH_RNG_POP_VPL = 57, NPH_RNG_POP_SURFACE = 58 };
 
 typedef enum NphPopStage {
     NPH_POP_MEDIUM,
     NPH_POP_IMPORTANCE,
     NPH_POP_ORDINATES,
+    NPH_POP_REFLECT,
+    NPH_POP_VPLS,
     NPH_POP_GRIDS,
+    NPH_POP_SHADOWS,
     NPH_POP_INJECT,
     NPH_POP_PROPAGATE,
     NPH_POP_JOIN,
@@ -47,7 +53,9 @@ typedef enum NphPopBuffer {
     NPH_POP_B_MEDIUM,
     NPH_POP_B_IMPORTANCE,
     NPH_POP_B_ORDINATE,
+    NPH_POP_B_RSM,
     NPH_POP_B_DENSITY,
+    NPH_POP_B_LIT,
     NPH_POP_B_LIGHT,
     NPH_POP_B_COSINE,
     NPH_POP_B_SEEN,
@@ -70,6 +78,11 @@ enum {
     NPH_POP_KNOB_ALONG,
     NPH_POP_KNOB_RADIAL,
     NPH_POP_KNOB_INNER,
+    NPH_POP_KNOB_VPLS,
+    NPH_POP_KNOB_VPL_CELLS,
+    NPH_POP_KNOB_RSM,
+    NPH_POP_KNOB_CLAMP,
+    NPH_POP_KNOB_SHADOWS,
     NPH_POP_KNOB_ITERATIONS,
     NPH_POP_KNOB_EPSILON_A,
     NPH_POP_KNOB_EPSILON_L,
@@ -95,14 +108,18 @@ enum { NPH_POP_CORRECTED, NPH_POP_PAPER };
 enum { NPH_POP_PREFILTER_NONE, NPH_POP_PREFILTER_CAP, NPH_POP_PREFILTER_EXACT };
 
 /* A row of pop.ordinate: of a direction the way its light goes, of a point its place (scene-local, m); irradiance [W/m2] or
- * intensity [W/sr]; the mean cosine of the unscattered light around that direction; solid angle that it stands for [sr]. */
-enum { NPH_POP_WAY, NPH_POP_VALUE = 3, NPH_POP_COSINE = 6, NPH_POP_SOLID_ANGLE = 7, NPH_POP_ROW = 8 };
+ * intensity [W/sr]; the mean cosine of the unscattered light around that direction; solid angle that it stands for [sr]. Of virtual
+ * point lights also the normal, along which the intensity is that, and the area [m2] that it stands for. */
+enum { NPH_POP_WAY, NPH_POP_VALUE = 3, NPH_POP_COSINE = 6, NPH_POP_SOLID_ANGLE = 7, NPH_POP_NORMAL = 8, NPH_POP_AREA = 11, NPH_POP_ROW = 12 };
+
+/* A texel of a reflective shadow map: where its light meets a surface (scene-local, m), the normal there, what is reflected [W], area [m2]. */
+enum { NPH_POP_TEXEL_PLACE, NPH_POP_TEXEL_NORMAL = 3, NPH_POP_TEXEL_POWER = 6, NPH_POP_TEXEL_AREA = 9, NPH_POP_TEXEL = 10 };
 
 /* Per grid and channel: what was injected, and what is still under way, over what enters the grid: sums over cells of light. */
 enum { NPH_POP_INJECTED, NPH_POP_LEFT, NPH_POP_POWERS };
 
 enum { NPH_POP_IMPORTANCE_CELLS = 16, NPH_POP_MAP_WIDTH = 32, NPH_POP_MAP_HEIGHT = 16 };
-enum { NPH_POP_ITERATIONS_MAX = 10000, NPH_POP_ORDINATES_MAX = 4096 };
+enum { NPH_POP_ITERATIONS_MAX = 10000, NPH_POP_ORDINATES_MAX = 4096, NPH_POP_VPLS_MAX = 4096 };
 enum { NPH_POP_CELL = 4 }; /* numbers of a merged cell: three channels, and the density over the largest */
 
 /* What plan, run and replay agree on. */
@@ -111,10 +128,11 @@ typedef struct NphPopChoice {
     int medium;              /* the one that is lit and marched, or -1 */
     int lit;                 /* something shines and scatters */
     int channels;            /* of propagation: 1 where the medium is grey */
-    int suns, sky, points;   /* grids of suns, of the rest of the sky, of points */
+    int suns, sky, points, vpls; /* grids of suns, of the rest of the sky, of points, of virtual point lights */
+    int rsm, shadows;        /* texels of a reflective shadow map along an edge; rays of a cell's shadows along one, 0: there are none */
     int importance;          /* the map is made */
     int residuum;
-    int32_t flat[3], radial[3]; /* cells of a grid */
+    int32_t flat[3], radial[3], vpl[3]; /* cells of a grid */
     int32_t joined[3], merged[3], fine[3], mips[3];
     int level;               /* of the density: voxels of 2^level */
     int iterations;          /* of the propagation; 0: the number is known once there are ordinates (Eq. 10) */
@@ -122,12 +140,16 @@ typedef struct NphPopChoice {
 } NphPopChoice;
 
 static inline int64_t nph_pop_cells(const int32_t n[3]) { return (int64_t)n[0] * n[1] * n[2]; }
-static inline int nph_pop_grids(const NphPopChoice *c) { return c->suns + c->sky + c->points; }
-static inline const int32_t *nph_pop_shape(const NphPopChoice *c, int grid) { return grid < c->suns + c->sky ? c->flat : c->radial; }
+/* Grids of light that has met no surface. */
+static inline int nph_pop_lamps(const NphPopChoice *c) { return c->suns + c->sky + c->points; }
+static inline int nph_pop_grids(const NphPopChoice *c) { return nph_pop_lamps(c) + c->vpls; }
+static inline const int32_t *nph_pop_shape(const NphPopChoice *c, int grid) {
+    return grid < c->suns + c->sky ? c->flat : grid < nph_pop_lamps(c) ? c->radial : c->vpl;
+}
 /* The first cell of a grid when each has `channels` of them. */
 static inline int64_t nph_pop_first(const NphPopChoice *c, int grid, int channels) {
-    int flat = c->suns + c->sky, before = grid < flat ? grid : flat;
-    return channels * (before * nph_pop_cells(c->flat) + (grid - before) * nph_pop_cells(c->radial));
+    int lamps = nph_pop_lamps(c), flat = c->suns + c->sky, lamp = grid < lamps ? grid : lamps, before = lamp < flat ? lamp : flat;
+    return channels * (before * nph_pop_cells(c->flat) + (lamp - before) * nph_pop_cells(c->radial) + (grid - lamp) * nph_pop_cells(c->vpl));
 }
 
 NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice);
@@ -135,7 +157,7 @@ NphStatus nph_pop_plan(const NphJob *job, NphPlan *plan);
 
 /* Arrays that kernels work on, in the precision's numbers. */
 typedef struct NphPopArrays {
-    void *medium, *importance, *ordinate, *density, *light, *cosine, *seen;
+    void *medium, *importance, *ordinate, *rsm, *density, *lit, *light, *cosine, *seen;
     double *power;   /* [grid][channel][NPH_POP_POWERS] */
     void *residuum[2]; /* what is under way, before and after an iteration: [channel][z][y][x] */
     void *spread;      /* the sum of what has arrived */
@@ -151,6 +173,9 @@ typedef struct NphPopKernels {
     void (*medium)(const void *scene, int first, int end, void *medium); /* planes */
     void (*importance)(const void *scene, const NphPopArrays *arrays, void *worker);
     void (*ordinates)(const NphJob *job, const void *scene, const void *importance, double *texels, void *ordinate);
+    void (*reflect)(const void *scene, const NphPopArrays *arrays, int lamp);
+    void (*vpls)(const NphJob *job, const void *scene, const NphPopArrays *arrays);
+    void (*shadow)(const void *scene, const NphPopArrays *arrays, int grid);
     int (*iterations)(const void *scene, const void *ordinate); /* Eq. 10 */
     void (*grid)(const void *scene, const NphPopArrays *arrays, int grid);
     void (*inject)(const void *scene, const NphPopArrays *arrays, int grid, void *worker);

@@ -40,6 +40,24 @@ static void prepare_space(const NphMedium *medium, RPopScene *out) {
     }
 }
 
+/* How far from the middle of the medium's box its corners lie, and those of what all meshes lie in. */
+static void prepare_reach(RPopScene *out) {
+    const double *lo = out->local.bounds_lo, *hi = out->local.bounds_hi;
+    double radius = 0.0, around = 0.0;
+    for (int k = 0; k < 8; k++) {
+        double near = 0.0, far = 0.0;
+        for (int a = 0; a < 3; a++) {
+            double corner = out->corner[k][a] - out->middle[a], bound = (k >> a & 1 ? hi[a] : lo[a]) - out->middle[a];
+            near += corner * corner;
+            far += bound * bound;
+        }
+        radius = near > radius ? near : radius;
+        around = far > around ? far : around;
+    }
+    out->radius = nph_sqrt(radius);
+    out->around = nph_sqrt(around < 1e30 ? around : 1e30);
+}
+
 static void prepare_box(const RPopScene *scene, const int32_t n[3], RPopBox *out) {
     for (int a = 0; a < 3; a++) {
         double size = (double)scene->medium.hi[a] - (double)scene->medium.lo[a];
@@ -65,8 +83,10 @@ static void prepare_knobs(const double *knobs, RPopScene *out) {
     out->epsilon_l = (Real)knobs[NPH_POP_KNOB_EPSILON_L];
     out->paths = !out->paper && knobs[NPH_POP_KNOB_PATHS] > 0.5;
     out->inner = (Real)knobs[NPH_POP_KNOB_INNER];
+    out->clamp = (Real)knobs[NPH_POP_KNOB_CLAMP];
     out->exit = (Real)knobs[NPH_POP_KNOB_EXIT];
     out->step = (Real)(nph_sqrt(diagonal) / knobs[NPH_POP_KNOB_STEPS]);
+    out->beam = (Real)(nph_sqrt(diagonal) / (3.4641016151377544 * knobs[NPH_POP_KNOB_CELLS]));
     out->narrow = (Real)(1.0 / knobs[NPH_POP_KNOB_SPREAD_DENSITY]);
 }
 
@@ -79,6 +99,7 @@ void NPH_KERNEL(nph_pop_prepare)(const NphJob *job, const NphPopChoice *choice, 
     if (choice->medium < 0) return;
     const NphMedium *from = &job->scene->media[choice->medium];
     prepare_space(from, out);
+    prepare_reach(out);
     out->medium = out->local.media[0];
     out->density_max = from->shape == NPH_SHAPE_GRID ? (Real)from->grid.max : R(1.0);
     out->g = (Real)nph_phase_mean_cosine(&from->phase);
@@ -129,11 +150,12 @@ void NPH_KERNEL(nph_pop_facts)(const void *memory, NphFactFn fact, void *user) {
     if (choice->medium >= 0) {
         three(fact, user, "flat_cells", choice->flat);
         three(fact, user, "radial_cells", choice->radial);
+        three(fact, user, "vpl_cells", choice->vpl);
         three(fact, user, "medium_cells", choice->mips);
         three(fact, user, "joined_cells", choice->joined);
         three(fact, user, "merged_cells", choice->merged);
         three(fact, user, "fine_cells", choice->fine);
-        fact(user, -1, "grids_of_suns_sky_points", 3, (double[]){(double)choice->suns, (double)choice->sky, (double)choice->points});
+        fact(user, -1, "grids_of_suns_sky_points_vpls", 4, (double[]){(double)choice->suns, (double)choice->sky, (double)choice->points, (double)choice->vpls});
         fact(user, -1, "level", 1, (double[]){(double)choice->level});
         fact(user, -1, "corners", 24, &scene->corner[0][0]);
         r_fact(fact, user, "mean_cosine", scene->g);

@@ -17,6 +17,7 @@ enum { N = NPH_POP_IMPORTANCE_CELLS, CELLS = N * N * N, TEXELS = NPH_POP_MAP_WID
 /* A grid's cells, three planes of what they send, masks, and guards; or importance. */
 size_t NPH_KERNEL(nph_pop_scratch_bytes)(const NphPopChoice *choice) {
     int64_t most = r_pop_most_cells(choice), across = choice->flat[0] > choice->radial[0] ? choice->flat[0] : choice->radial[0];
+    across = across > choice->vpl[0] ? across : choice->vpl[0];
     int32_t plane[3] = {(int32_t)across, (int32_t)across, 1};
     int64_t ring = 3 * R_POP_RING * r_pop_room(plane) + 4 * across + 2 * r_pop_room(plane);
     int64_t grid = (3 + R_POP_KEEPS) * most + R_POP_PLANES + ring + 256, own = choice->importance ? 22 * CELLS : 0;

@@ -327,6 +327,7 @@ int NPH_KERNEL(nph_pop_iterations)(const void *memory, const void *ordinate) {
     double most = 0.0, edge = 0.0, scatters = 0.0;
     int directions = choice->suns + choice->sky, least = choice->flat[2];
     if (choice->points > 0 && (choice->radial[2] > least || directions == 0)) least = choice->radial[2];
+    if (choice->vpls > 0 && choice->vpl[2] > least) least = choice->vpl[2];
     for (int n = 0; n < directions; n++) {
         RPopGrid grid = r_pop_grid(scene, rows + (int64_t)n * NPH_POP_ROW, n);
         double cosine = (double)rows[n * NPH_POP_ROW + NPH_POP_COSINE];

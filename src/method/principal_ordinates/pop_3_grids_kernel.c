@@ -6,7 +6,8 @@
  *              cosine  c g, c that of the unscattered light: it has been scattered once
  *              seen    the unscattered beam, T (1 - e^(-s_t d)) / (s_t d) f_hg(mu, c g)
  *   in print   light T to the middle, cosine c, nothing seen: all cells are sent on, so the beam counts once for every cell crossed
- * T in print is read as that of the extinction. Of a point a unit of intensity enters, and a cell has its share of the sphere. */
+ * T in print is read as that of the extinction. Of a point a unit of intensity enters, and a cell has its share of the sphere. Where there are
+ * surfaces light and seen are those of the lit part of a cell. */
 #include "method/principal_ordinates/pop_kept.h"
 
 void NPH_KERNEL(nph_pop_grid)(const void *memory, const NphPopArrays *arrays, int number);
@@ -76,6 +77,14 @@ typedef struct Sweep {
     int64_t apart;
 } Sweep;
 
+/* What surfaces leave of it. */
+R_OUTLINE void shade_plane(const Real *restrict lit, int count, Real *restrict light, Real *restrict seen) {
+    for (int i = 0; i < count; i++) { /* vec */
+        light[i] *= lit[i];
+        seen[i] *= lit[i];
+    }
+}
+
 R_OUTLINE void sweep_plane(const Sweep *restrict sweep, const Real *restrict density, const Real *restrict facts, Real *restrict T, Real *restrict light,
                            Real *restrict seen) {
     const Sweep s = *sweep;
@@ -114,6 +123,7 @@ void NPH_KERNEL(nph_pop_inject)(const void *memory, const NphPopArrays *arrays, 
         }
         for (int64_t i = 0; i < plane && !scene->paper; i++) /* what scatters before the innermost shell */
             light[i] += sweep.albedo * cells.share[i] * -r_expm1(-sweep.sigma_t * cells.density[i] * grid.core);
+        if (choice->shadows > 0) shade_plane((const Real *)arrays->lit + nph_pop_first(choice, number, 1), (int)count, light, seen);
         Real begins = scene->paper ? row[NPH_POP_COSINE] : row[NPH_POP_COSINE] * scene->g;
         for (int64_t i = 0; i < count; i++) cosine[i] = begins;
         power[NPH_POP_INJECTED] = power[NPH_POP_LEFT] = r_pop_sum(light, count);

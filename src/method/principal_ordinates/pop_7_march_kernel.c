@@ -2,10 +2,12 @@
  *
  * pop.march [Elek14 sec. 4.4]. Along a ray in steps of the box's diagonal over a number, front to back, per channel:
  *   L += T a (1 - e^(-s_t step)) J,   T *= e^(-s_t step)
- * J is what was merged: the light scattered to the observer, over s_s. The density is that of a step's middle. What is behind joins. */
+ * J is what was merged: the light scattered to the observer, over s_s. The density is that of a step's middle. What is behind joins: the sky,
+ * or a surface. That reflects what the grids' lights bring it, behind media and surfaces: of suns, ordinates and points one a sample,
+ * of virtual point lights another, drawn by what they would bring without those. */
 #include <stdio.h>
 
-#include "method/principal_ordinates/pop_state.h"
+#include "method/principal_ordinates/pop_surface.h"
 
 void NPH_KERNEL(nph_pop_march)(const void *memory, const NphPopArrays *arrays, const int rect[4], int64_t chunk, void *samples, int64_t *steps);
 void NPH_KERNEL(nph_pop_replay)(const void *memory, const NphPopArrays *arrays, const int pixel[2], uint32_t sample, NphLineFn line, void *user);
@@ -21,6 +23,8 @@ typedef struct Lanes {
     Real part[3][LANES], J[3][LANES];
     Real way[3][LANES], pdf[LANES];
     Real *out[LANES]; /* fields are Sight.between apart */
+    RMet met[LANES];  /* where there are surfaces; surface -1: none */
+    uint32_t pixel[LANES], sample[LANES];
 } Lanes;
 
 typedef struct March {
@@ -33,9 +37,10 @@ typedef struct March {
 
 typedef struct Sight {
     const RPopScene *scene;
+    const NphPopArrays *arrays;
     const Real *values; /* J */
     March march;
-    int alive, between;
+    int alive, between, surfaces;
     int64_t steps;
     NphLineFn line;
     void *user;
@@ -142,14 +147,36 @@ R_OUTLINE void gather(Lanes *restrict l, const March *restrict from, int alive) 
     }
 }
 
+/* What the surface reflects that a ray ends at. */
+static void meet_surface(Sight *s, int i, Real radiance[3]) {
+    const RPopScene *scene = s->scene;
+    const NphPopChoice *choice = &scene->choice;
+    Lanes *l = &s->lanes;
+    RStream stream = r_stream(&scene->local, NPH_RNG_POP_SURFACE, l->pixel[i], l->sample[i], 0);
+    NphWords words = r_words(&stream, 0);
+    Real T = R(0.0);
+    r_pop_reflect(scene, s->arrays, &l->met[i], (int[]){0, nph_pop_lamps(choice)}, r_uniform(words.w0), radiance);
+    r_pop_reflect(scene, s->arrays, &l->met[i], (int[]){nph_pop_lamps(choice), nph_pop_grids(choice)}, r_uniform(words.w1), radiance);
+    for (int c = 0; c < 3; c++) T += l->T[c][i] * R(0.33333333333333333);
+    l->collided[i] += T;
+    l->distance[i] += T * (l->start[i] + l->met[i].t);
+    if (s->line) {
+        char text[256];
+        snprintf(text, sizeof text, "  meets surface %d after %.9g m: reflects %.6g %.6g %.6g, transmittance %.6g", l->met[i].surface, (double)l->met[i].t,
+                 (double)radiance[0], (double)radiance[1], (double)radiance[2], (double)l->T[0][i]);
+        s->line(s->user, text);
+    }
+}
+
 static void end_ray(Sight *s, int i) {
-    const Lanes *l = &s->lanes;
-    const int plane = s->between;
+    Lanes *l = &s->lanes;
+    const int plane = s->between, met = s->surfaces && l->met[i].surface >= 0;
     Real radiance[3] = {R(0.0), R(0.0), R(0.0)}, d[3] = {l->way[0][i], l->way[1][i], l->way[2][i]}, *out = l->out[i];
-    r_lights_at_infinity(&s->scene->local, d, l->pdf[i], radiance);
+    if (met) meet_surface(s, i, radiance);
+    else r_lights_at_infinity(&s->scene->local, d, l->pdf[i], radiance);
     for (int c = 0; c < 3; c++) {
         out[(NPH_SAMPLE_L0 + c) * plane] = l->light[c][i] + l->T[c][i] * radiance[c];
-        out[(NPH_SAMPLE_T0 + c) * plane] = l->T[c][i];
+        out[(NPH_SAMPLE_T0 + c) * plane] = met ? R(0.0) : l->T[c][i];
     }
     out[NPH_SAMPLE_ORDER * plane] = R(0.0);
     out[NPH_SAMPLE_DISTANCE * plane] = l->distance[i];
@@ -158,7 +185,8 @@ static void end_ray(Sight *s, int i) {
 
 /* Rays as they leave the camera. */
 typedef struct Rays {
-    Real o[3][LANES], d[3][LANES], way[3][LANES], near[LANES], far[LANES], start[LANES], pdf[LANES];
+    Real o[3][LANES], d[3][LANES], from[3][LANES], way[3][LANES], near[LANES], far[LANES], start[LANES], pdf[LANES];
+    RMet met[LANES]; /* where there are surfaces */
     int32_t x[LANES], y[LANES], inside[LANES], seen[LANES];
     uint32_t sample[LANES];
 } Rays;
@@ -168,6 +196,7 @@ R_INLINE void put_ray(Rays *rays, int i, const RMedium *medium, int32_t used, co
     for (int a = 0; a < 3; a++) {
         rays->o[a][i] = span.o[a];
         rays->d[a][i] = span.d[a];
+        rays->from[a][i] = ray->p[a];
         rays->way[a][i] = ray->d[a];
     }
     rays->near[i] = span.near;
@@ -187,12 +216,24 @@ R_OUTLINE void aim_plain(Rays *restrict rays, const RScene *restrict local, cons
     }
 }
 
+/* Rays end at surfaces. */
+static void meet(Rays *rays, const RPopScene *scene) {
+    for (int i = 0; i < LANES; i++) {
+        Real p[3] = {rays->from[0][i], rays->from[1][i], rays->from[2][i]}, d[3] = {rays->way[0][i], rays->way[1][i], rays->way[2][i]};
+        rays->met[i].surface = -1;
+        if (!rays->seen[i] || !r_closest_surface(&scene->local, p, d, R_HUGE, &rays->met[i])) continue;
+        rays->far[i] = r_min(rays->far[i], rays->met[i].limit);
+        if (!(rays->near[i] < rays->far[i])) rays->inside[i] = 0;
+    }
+}
+
 /* Pixels and samples are set; lanes without any look through the first pixel. */
 static void aim(Rays *rays, const RPopScene *scene) {
     const RScene *local = &scene->local;
     int32_t used = local->medium_count > 0;
     if (local->sensor.kind != NPH_SENSOR_FISHEYE) {
         aim_plain(rays, local, &scene->medium, local->sensor.kind == NPH_SENSOR_PERSPECTIVE ? 1.0 : 0.0, used);
+        if (local->surfaces.count > 0) meet(rays, scene);
         return;
     }
     for (int i = 0; i < LANES; i++) {
@@ -201,6 +242,7 @@ static void aim(Rays *rays, const RPopScene *scene) {
         r_camera_ray(local, rays->x[i], rays->y[i], &stream, &ray);
         put_ray(rays, i, &scene->medium, used, &ray);
     }
+    if (local->surfaces.count > 0) meet(rays, scene);
 }
 
 /* Takes the next lane, where it meets the medium. */
@@ -224,11 +266,17 @@ static void begin_ray(Sight *s, const Rays *rays, int from, Real *out) {
     l->near[i] = rays->near[from];
     l->far[i] = rays->far[from];
     l->step[i] = 0;
+    if (s->surfaces) {
+        l->met[i] = rays->met[from];
+        l->pixel[i] = (uint32_t)rays->y[from] * (uint32_t)s->scene->local.width + (uint32_t)rays->x[from];
+        l->sample[i] = rays->sample[from];
+    }
     if (rays->inside[from]) s->alive++;
     else end_ray(s, i);
 }
 
-static void move_ray(Lanes *l, int to, int from) {
+static void move_ray(Sight *s, int to, int from) {
+    Lanes *l = &s->lanes;
     for (int a = 0; a < 3; a++) {
         l->o[a][to] = l->o[a][from];
         l->d[a][to] = l->d[a][from];
@@ -245,6 +293,11 @@ static void move_ray(Lanes *l, int to, int from) {
     l->through[to] = l->through[from];
     l->pdf[to] = l->pdf[from];
     l->out[to] = l->out[from];
+    if (s->surfaces) {
+        l->met[to] = l->met[from];
+        l->pixel[to] = l->pixel[from];
+        l->sample[to] = l->sample[from];
+    }
 }
 
 static void tell_step(const Sight *s) {
@@ -274,7 +327,7 @@ static void step_rays(Sight *s) {
             continue;
         }
         end_ray(s, i);
-        move_ray(l, i, --s->alive);
+        move_ray(s, i, --s->alive);
     }
 }
 
@@ -283,6 +336,8 @@ static void begin_sight(Sight *s, const RPopScene *scene, const NphPopArrays *ar
     const RMedium *medium = &scene->medium;
     int grid = medium->shape == NPH_SHAPE_GRID;
     s->scene = scene;
+    s->arrays = arrays;
+    s->surfaces = scene->local.surfaces.count > 0;
     s->values = scene->upsampling && grid ? arrays->fine : arrays->merged;
     s->march = (March){.step = scene->step, .majorant = grid ? medium->majorant : &none, .majorants_per_unit = grid ? R(0.25) : R(0.0),
                        .cells = scene->upsampling && grid ? scene->fine : scene->merged};

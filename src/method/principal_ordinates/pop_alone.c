@@ -11,10 +11,14 @@ const NphBuffer nph_pop_buffers[NPH_POP_BUFFERS] = {
     [NPH_POP_B_MEDIUM] = {"pop.medium", R, "[z][y][x]", "as the file", "means of voxels of 2^level", NPH_NEAR, NULL, NULL, 0},
     [NPH_POP_B_IMPORTANCE] = {"pop.importance", R, "[16][32]", "1", "how much of the camera's importance leaves in a direction, per solid angle", NPH_NEAR,
                               "pop.importance is 1", NULL, 0},
-    [NPH_POP_B_ORDINATE] = {"pop.ordinate", R, "[grid][8]", "1, m, W/m2, W/sr, sr",
-                            "suns, the rest of the sky, points: way of the light or place of the point; irradiance or intensity; mean cosine; solid angle", NPH_NEAR,
-                            NULL, NULL, 0},
+    [NPH_POP_B_ORDINATE] = {"pop.ordinate", R, "[grid][12]", "1, m, W/m2, W/sr, sr, m2",
+                            "suns, the rest of the sky, points, virtual points: way of the light or place of the point; irradiance or intensity; mean cosine; solid "
+                            "angle; normal and area of virtual ones", NPH_NEAR, NULL, NULL, 0},
+    [NPH_POP_B_RSM] = {"pop.rsm", R, "[lamp][texel][10]", "m, 1, W, m2", "reflective shadow maps of suns, the sky and points: place, normal, power, area", NPH_NEAR,
+                       "a surface reflects, and pop.vpls is above 0", NULL, 0},
     [NPH_POP_B_DENSITY] = {"pop.density", R, "[cell]", "as the file", "all grids one after the other, [z][y][x] each", NPH_NEAR, NULL, NULL, 0},
+    [NPH_POP_B_LIT] = {"pop.lit", R, "[cell]", "1", "part of a cell that no surface shades: all grids one after the other, [z][y][x] each", NPH_NEAR,
+                       "there are surfaces, and pop.shadows is above 0", NULL, 0},
     [NPH_POP_B_LIGHT] = {"pop.light", R, "[cell]", "1", "under way, over what enters: " GRIDS, NPH_NEAR, NULL, NULL, 0},
     [NPH_POP_B_COSINE] = {"pop.cosine", R, "[cell]", "1", "its mean cosine: " GRIDS, NPH_NEAR, NULL, NULL, 0},
     [NPH_POP_B_SEEN] = {"pop.seen", R, "[cell]", "1/sr, 1/m2/sr", "what is scattered to the observer, over s_s and what enters: " GRIDS, NPH_NEAR, NULL, NULL, 0},
@@ -90,7 +94,11 @@ static int view_solution(const NphPopSolver *s, int buffer, NphView *out) {
         *out = (NphView){real, 2, {NPH_POP_MAP_HEIGHT, NPH_POP_MAP_WIDTH}, a->importance, NPH_POP_MAP_WIDTH};
         return choice->importance;
     case NPH_POP_B_ORDINATE: *out = (NphView){real, 2, {grids, NPH_POP_ROW}, a->ordinate, NPH_POP_ROW}; return 1;
+    case NPH_POP_B_RSM:
+        *out = (NphView){real, 3, {nph_pop_lamps(choice), (int64_t)choice->rsm * choice->rsm, NPH_POP_TEXEL}, a->rsm, (int64_t)choice->rsm * choice->rsm * NPH_POP_TEXEL};
+        return choice->vpls > 0;
     case NPH_POP_B_DENSITY: return row_of(out, real, a->density, cells);
+    case NPH_POP_B_LIT: return row_of(out, real, a->lit, cells) && choice->shadows > 0;
     case NPH_POP_B_LIGHT: return row_of(out, real, a->light, numbers);
     case NPH_POP_B_COSINE: return row_of(out, real, a->cosine, numbers);
     case NPH_POP_B_SEEN: return row_of(out, real, a->seen, numbers);

@@ -22,7 +22,8 @@ typedef struct RPopCells {
 } RPopCells;
 
 static inline int64_t r_pop_most_cells(const NphPopChoice *choice) {
-    int64_t flat = nph_pop_cells(choice->flat), radial = nph_pop_cells(choice->radial);
+    int64_t flat = nph_pop_cells(choice->flat), radial = nph_pop_cells(choice->radial), vpl = nph_pop_cells(choice->vpl);
+    radial = radial > vpl ? radial : vpl;
     return flat > radial ? flat : radial;
 }
 
@@ -109,6 +110,22 @@ static inline void r_pop_flat_facts(const RPopScene *scene, const RPopGrid *grid
     for (i = 0; i < cells->count; i++) cells->share[i] = cells->fluence[i] = R(1.0);
 }
 
+/* Shares of a virtual point light: those with its cosine, so scaled that they add up to the power of a Lambertian that has the unit along its
+ * normal, pi; mean: 4 pi over the number of cells. */
+static inline void r_pop_lambert(const RPopGrid *grid, RPopCells *cells) {
+    int64_t plane = (int64_t)grid->n[0] * grid->n[1];
+    Real sum = R(0.0);
+    for (int64_t i = 0; i < plane; i++) {
+        Real p[3], d[3];
+        r_pop_cell(grid, (int32_t)(i % grid->n[0]), (int32_t)(i / grid->n[0]), 0, p, d);
+        Real cosine = r_max(r_pop_dot(d, grid->normal), R(0.0));
+        for (int32_t z = 0; z < grid->n[2]; z++) cells->share[z * plane + i] *= cosine;
+        sum += cells->share[i];
+    }
+    Real scale = sum > R(0.0) ? R(0.25) * (Real)plane / sum : R(0.0);
+    for (int64_t i = 0; i < cells->count; i++) cells->share[i] *= scale;
+}
+
 /* In print fluence is the light itself. Of a point light is the power of a cell over the mean solid angle of cells; in print all cells
  * have that, and a shell's fluence falls with the square of its radius. */
 static inline void r_pop_radial_facts(const RPopScene *scene, const RPopGrid *grid, RPopCells *cells) {
@@ -127,6 +144,7 @@ static inline void r_pop_radial_facts(const RPopScene *scene, const RPopGrid *gr
                 cells->fluence[i] = scene->paper ? R(1.0) / (middle * middle) : R(1.0) / (solid * volume);
             }
     }
+    if (grid->lambert) r_pop_lambert(grid, cells);
 }
 
 /* The cells of a grid in the scratch of a worker; keep is filled by whoever propagates. */

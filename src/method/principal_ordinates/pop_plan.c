@@ -12,9 +12,6 @@ static NphStatus refuse(const NphJob *job, const NphTransportChoice *transport) 
     int used = 0;
     if (scene->period.on[0] || scene->period.on[1])
         return nph_error(job->context, NPH_BAD_SCENE, "principal_ordinates: sides that repeat are not part of this method; path has them");
-    if (scene->surface_count > 0)
-        return nph_error(job->context, NPH_BAD_SCENE, "principal_ordinates: surface %s: surfaces are not part of this method yet; path has them",
-                         scene->surfaces[0].name);
     if (nph_sensor_gathers(scene->sensor.kind))
         return nph_error(job->context, NPH_BAD_SCENE, "principal_ordinates: what its grids show belongs to one observer; a sensor that gathers from many "
                          "directions needs path");
@@ -28,6 +25,9 @@ static NphStatus refuse(const NphJob *job, const NphTransportChoice *transport) 
         if (medium->emission.kind != NPH_EMISSION_NONE)
             return nph_error(job->context, NPH_BAD_SCENE, "principal_ordinates: medium %s emits light, which this method does not follow", medium->name);
     }
+    if (scene->surface_count > 0 && used == 0)
+        return nph_error(job->context, NPH_BAD_SCENE, "principal_ordinates: surface %s: surfaces are lit where there is a medium; path has them alone",
+                         scene->surfaces[0].name);
     return NPH_OK;
 }
 
@@ -91,6 +91,20 @@ static void choose_lights(const NphJob *job, NphPopChoice *choice) {
     choice->sky = skies == 0 ? 0 : ordinates > skies ? ordinates : skies;
 }
 
+/* Surfaces shade the grids, and send light of their own where they reflect any. */
+static void choose_surfaces(const NphJob *job, NphPopChoice *choice) {
+    if (job->scene->surface_count == 0 || nph_pop_lamps(choice) == 0) return;
+    choice->rsm = (int)job->knobs[NPH_POP_KNOB_RSM];
+    choice->shadows = (int)job->knobs[NPH_POP_KNOB_SHADOWS];
+    choice->vpls = choice->transport.reflects ? (int)job->knobs[NPH_POP_KNOB_VPLS] : 0;
+}
+
+/* Whether its channels differ. */
+static int is_coloured(const NphMedium *medium) {
+    const double *extinction = medium->extinction_per_m, *albedo = medium->albedo;
+    return extinction[0] != extinction[1] || extinction[0] != extinction[2] || albedo[0] != albedo[1] || albedo[0] != albedo[2];
+}
+
 NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
     const NphScene *scene = job->scene;
     const double *knobs = job->knobs;
@@ -99,7 +113,7 @@ NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
     nph_transport_choose(scene, job->plan_full, &made.transport);
     NPH_TRY(refuse(job, &made.transport));
     for (int m = 0; m < scene->medium_count; m++) made.medium = made.transport.used[m] ? m : made.medium;
-    for (int a = 0; a < 3; a++) made.flat[a] = made.radial[a] = made.joined[a] = made.merged[a] = made.fine[a] = made.mips[a] = 1;
+    for (int a = 0; a < 3; a++) made.flat[a] = made.radial[a] = made.vpl[a] = made.joined[a] = made.merged[a] = made.fine[a] = made.mips[a] = 1;
     if (made.medium < 0) {
         *choice = made;
         return NPH_OK;
@@ -107,19 +121,23 @@ NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
     const NphMedium *medium = &scene->media[made.medium];
     edges_of(medium, edges);
     int across = (int)knobs[NPH_POP_KNOB_CELLS], along = (int)knobs[NPH_POP_KNOB_ALONG], radial = (int)knobs[NPH_POP_KNOB_RADIAL];
+    int vpl = (int)knobs[NPH_POP_KNOB_VPL_CELLS];
     made.flat[0] = made.flat[1] = across;
     made.flat[2] = along > 0 ? along : across;
     made.radial[0] = made.radial[1] = 2 * ((radial + 1) / 2); /* even: every cell has one on the other side */
     made.radial[2] = radial;
+    made.vpl[0] = made.vpl[1] = 2 * ((vpl + 1) / 2);
+    made.vpl[2] = vpl;
     choose_box(edges, knobs[NPH_POP_KNOB_RESIDUUM_CELLS], made.joined);
     choose_box(edges, knobs[NPH_POP_KNOB_MERGED] * (double)across, made.merged);
     choose_level(job, edges, &made);
     int guided = medium->shape == NPH_SHAPE_GRID && knobs[NPH_POP_KNOB_UPSAMPLING] > 0.5;
     for (int a = 0; a < 3; a++) made.fine[a] = guided ? medium->grid.n[a] - 2 : 1;
     int dense = medium->shape != NPH_SHAPE_GRID || medium->grid.max > 0.0f;
-    if (dense && made.transport.scatters) choose_lights(job, &made);
+    if ((dense && made.transport.scatters) || scene->surface_count > 0) choose_lights(job, &made);
+    choose_surfaces(job, &made);
     made.lit = nph_pop_grids(&made) > 0;
-    made.channels = made.transport.channels;
+    made.channels = job->plan_full || made.transport.groups > 1 || is_coloured(medium) ? made.transport.channels : 1;
     made.importance = made.lit && made.sky > 0 && knobs[NPH_POP_KNOB_IMPORTANCE] > 0.5;
     made.residuum = made.lit && knobs[NPH_POP_KNOB_RESIDUUM] > 0.5;
     made.iterations = (int)knobs[NPH_POP_KNOB_ITERATIONS];
@@ -129,6 +147,15 @@ NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
                          "fewer cells", nph_pop_grids(&made), (int)made.flat[0], (int)made.flat[1], (int)made.flat[2], (long long)cells);
     *choice = made;
     return NPH_OK;
+}
+
+static NphStatus plan_surfaces(const NphJob *job, const NphPopChoice *choice, NphPlan *plan) {
+    NphContext *context = job->context;
+    if (choice->shadows == 0) NPH_TRY(nph_plan_add(context, plan, "left out", "shadows", 0, "pop.shadows is 0: surfaces do not shade the medium"));
+    if (choice->vpls == 0)
+        NPH_TRY(nph_plan_add(context, plan, "left out", "virtual point lights", 0, "%s", choice->transport.reflects ? "pop.vpls is 0" : "no surface reflects"));
+    return nph_plan_add(context, plan, "warning", "surfaces", 0, "get no light that the medium scatters, and send on once what lamps bring them; light that has "
+                        "been scattered passes through them");
 }
 
 static NphStatus plan_left_out(const NphJob *job, const NphPopChoice *choice, NphPlan *plan) {
@@ -145,6 +172,8 @@ static NphStatus plan_left_out(const NphJob *job, const NphPopChoice *choice, Np
         NPH_TRY(nph_plan_add(context, plan, "left out", "mean over frames", 0, "the scene is the same at every frame"));
     if (!choice->residuum) NPH_TRY(nph_plan_add(context, plan, "left out", "residuum", 0, "pop.residuum is 0: light that is left after the iterations is lost"));
     if (choice->points == 0) NPH_TRY(nph_plan_add(context, plan, "left out", "radial grids", 0, "there are no points"));
+    if (job->scene->surface_count == 0) NPH_TRY(nph_plan_add(context, plan, "left out", "shadows, virtual point lights", 0, "there are no surfaces"));
+    else NPH_TRY(plan_surfaces(job, choice, plan));
     if (medium->shape != NPH_SHAPE_GRID) NPH_TRY(nph_plan_add(context, plan, "left out", "upsampling", 0, "the density is the same everywhere: nothing guides it"));
     else if (knobs[NPH_POP_KNOB_UPSAMPLING] < 0.5) NPH_TRY(nph_plan_add(context, plan, "left out", "upsampling", 0, "pop.upsampling is 0"));
     if (medium->phase.kind != NPH_PHASE_HG && medium->phase.kind != NPH_PHASE_ISOTROPIC)
@@ -178,9 +207,10 @@ NphStatus nph_pop_plan(const NphJob *job, NphPlan *plan) {
     for (int s = 0; s < NPH_POP_STAGES; s++)
         NPH_TRY(nph_plan_add(context, plan, "stage", nph_pop_stages[s].name, 0, "%s; blocks of %d", nph_pop_stages[s].source, nph_pop_stages[s].block[0]));
     if (choice.lit)
-        NPH_TRY(nph_plan_add(context, plan, "memory", "grids", 0, "%d of suns and %d of the sky, %d x %d x %d cells each; %d of points, %d x %d x %d", choice.suns,
-                             choice.sky, (int)choice.flat[0], (int)choice.flat[1], (int)choice.flat[2], choice.points, (int)choice.radial[0],
-                             (int)choice.radial[1], (int)choice.radial[2]));
+        NPH_TRY(nph_plan_add(context, plan, "memory", "grids", 0, "%d of suns and %d of the sky, %d x %d x %d cells each; %d of points, %d x %d x %d; %d of "
+                             "virtual point lights, %d x %d x %d", choice.suns, choice.sky, (int)choice.flat[0], (int)choice.flat[1], (int)choice.flat[2],
+                             choice.points, (int)choice.radial[0], (int)choice.radial[1], (int)choice.radial[2], choice.vpls, (int)choice.vpl[0],
+                             (int)choice.vpl[1], (int)choice.vpl[2]));
     if (choice.medium >= 0) NPH_TRY(plan_left_out(job, &choice, plan));
     NPH_TRY(nph_transport_plan(context, job->scene, &choice.transport, plan));
     return plan_buffers(job, &choice, plan);

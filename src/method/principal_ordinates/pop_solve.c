@@ -27,7 +27,9 @@ uint64_t nph_pop_buffer_bytes(const NphPopChoice *choice, int precision, NphPopB
     case NPH_POP_B_MEDIUM: return real * (uint64_t)nph_pop_cells(choice->mips);
     case NPH_POP_B_IMPORTANCE: return real * NPH_POP_MAP_WIDTH * NPH_POP_MAP_HEIGHT;
     case NPH_POP_B_ORDINATE: return real * (uint64_t)grids * NPH_POP_ROW;
+    case NPH_POP_B_RSM: return choice->vpls > 0 ? real * (uint64_t)nph_pop_lamps(choice) * (uint64_t)choice->rsm * (uint64_t)choice->rsm * NPH_POP_TEXEL : 0;
     case NPH_POP_B_DENSITY: return real * (uint64_t)nph_pop_first(choice, grids, 1);
+    case NPH_POP_B_LIT: return choice->shadows > 0 ? real * (uint64_t)nph_pop_first(choice, grids, 1) : 0;
     case NPH_POP_B_LIGHT:
     case NPH_POP_B_COSINE:
     case NPH_POP_B_SEEN: return real * (uint64_t)nph_pop_first(choice, grids, choice->channels);
@@ -51,6 +53,7 @@ static NphStatus allocate(NphPopSolver *s) {
     } const needed[] = {
         {NPH_POP_B_MEDIUM, 1, "downscaled medium", &a->medium},       {NPH_POP_B_IMPORTANCE, 1, "importance", &a->importance},
         {NPH_POP_B_ORDINATE, 1, "ordinates", &a->ordinate},           {NPH_POP_B_DENSITY, 1, "densities of grids", &a->density},
+        {NPH_POP_B_RSM, 1, "reflective shadow maps", &a->rsm},        {NPH_POP_B_LIT, 1, "shadows of grids", &a->lit},
         {NPH_POP_B_LIGHT, 1, "light of grids", &a->light},            {NPH_POP_B_COSINE, 1, "mean cosines of grids", &a->cosine},
         {NPH_POP_B_SEEN, 1, "what grids show", &a->seen},             {NPH_POP_B_RESIDUUM, 2, "residuum", &a->residuum[0]},
         {NPH_POP_B_RESIDUUM, 2, "residuum", &a->residuum[1]},         {NPH_POP_B_SPREAD, 5, "spread residuum", &a->spread},
@@ -95,7 +98,7 @@ NphStatus nph_pop_solver_open(const NphJob *job, NphPopSolver *solver) {
 void nph_pop_solver_close(NphPopSolver *s) {
     NphContext *context = s->job.context;
     NphPopArrays *a = &s->arrays;
-    void *all[] = {a->medium, a->importance, a->ordinate, a->density, a->light,  a->cosine, a->seen, a->power, a->residuum[0], a->residuum[1],
+    void *all[] = {a->rsm,    a->lit,        a->medium, a->importance, a->ordinate, a->density, a->light,  a->cosine, a->seen, a->power, a->residuum[0], a->residuum[1],
                    a->spread, a->keep,       a->merged,   a->fine,    s->texels, s->stages, s->scene};
     for (int w = 0; s->scratch && w < s->threads; w++) nph_free(context, s->scratch[w]);
     nph_free(context, s->scratch);
@@ -113,6 +116,18 @@ static NphStatus medium_plane(void *data, int64_t plane, int worker) {
 static NphStatus grid_block(void *data, int64_t grid, int worker) {
     NphPopSolver *s = data;
     NPH_LAUNCH(&s->stages[worker], NPH_POP_GRIDS, nph_pop_cells(nph_pop_shape(&s->choice, (int)grid)), s->kernels.grid(s->scene, &s->arrays, (int)grid));
+    return NPH_OK;
+}
+
+static NphStatus reflect_block(void *data, int64_t lamp, int worker) {
+    NphPopSolver *s = data;
+    NPH_LAUNCH(&s->stages[worker], NPH_POP_REFLECT, (int64_t)s->choice.rsm * s->choice.rsm, s->kernels.reflect(s->scene, &s->arrays, (int)lamp));
+    return NPH_OK;
+}
+
+static NphStatus shadow_block(void *data, int64_t grid, int worker) {
+    NphPopSolver *s = data;
+    NPH_LAUNCH(&s->stages[worker], NPH_POP_SHADOWS, nph_pop_cells(nph_pop_shape(&s->choice, (int)grid)), s->kernels.shadow(s->scene, &s->arrays, (int)grid));
     return NPH_OK;
 }
 
@@ -233,7 +248,10 @@ NphStatus nph_pop_step(NphPopSolver *s, NphPopStage stage) {
     case NPH_POP_ORDINATES:
         NPH_LAUNCH(counts, stage, grids, s->kernels.ordinates(&s->job, s->scene, s->arrays.importance, s->texels, s->arrays.ordinate));
         return NPH_OK;
+    case NPH_POP_REFLECT: return nph_pool_run(context, nph_pop_lamps(&s->choice), reflect_block, s, NULL);
+    case NPH_POP_VPLS: NPH_LAUNCH(counts, stage, s->choice.vpls, s->kernels.vpls(&s->job, s->scene, &s->arrays)); return NPH_OK;
     case NPH_POP_GRIDS: return nph_pool_run(context, grids, grid_block, s, NULL);
+    case NPH_POP_SHADOWS: return nph_pool_run(context, grids, shadow_block, s, NULL);
     case NPH_POP_INJECT: return nph_pool_run(context, grids, inject_block, s, NULL);
     case NPH_POP_PROPAGATE:
         count_iterations(s);
@@ -250,6 +268,8 @@ int nph_pop_has(const NphPopSolver *s, NphPopStage stage) {
     const NphPopChoice *choice = &s->choice;
     if (choice->medium < 0 || !choice->lit) return 0;
     if (stage == NPH_POP_IMPORTANCE) return choice->importance;
+    if (stage == NPH_POP_REFLECT || stage == NPH_POP_VPLS) return choice->vpls > 0;
+    if (stage == NPH_POP_SHADOWS) return choice->shadows > 0;
     if (stage == NPH_POP_JOIN || stage == NPH_POP_SPREAD) return choice->residuum;
     if (stage == NPH_POP_UPSAMPLE) return nph_pop_cells(choice->fine) > 1;
     return 1;

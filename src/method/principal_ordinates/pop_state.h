@@ -25,10 +25,12 @@ typedef struct RPopScene {
     NphPopChoice choice;
     int paper, paths, upsampling, regions, prefilter;
     Real g, sigma_t[3], sigma_s[3], sigma_a[3]; /* per unit of density, 1/m */
-    Real epsilon_a, epsilon_l, beta, inner, exit, step, narrow; /* narrow: 1 / the Gaussian's width in density over the largest */
+    Real epsilon_a, epsilon_l, beta, inner, clamp, exit, step, narrow; /* narrow: 1 / the Gaussian's width in density over the largest */
+    Real beam;                   /* longest step of shadow rays through the medium, m */
     Real density_max;
     Real per_level, level_shift; /* lattice to cells of the mips */
     double corner[8][3], side[3][3], middle[3], metres[3]; /* of the medium's box: scene-local; metres per unit of its space */
+    double radius, around;       /* of it; within how far of its middle all meshes lie, m */
     Real local_from[12];         /* scene-local from medium space */
     RPopBox joined, merged, fine;
 } RPopScene;
@@ -42,6 +44,8 @@ typedef struct RPopGrid {
     Real low[3], edge[3];      /* of directions: low corner along the axes, edges, m */
     Real inner, log_ratio;     /* of points: radius of the innermost shell's inside, logarithm of outer over inner of a shell */
     Real core, per_solid;      /* how much of that radius lies in the medium's box; 1 / the mean solid angle of cells */
+    int lambert;               /* what leaves falls with the cosine to this normal: a virtual point light */
+    Real normal[3];
     Real cone, side[2];        /* cosine of the cone to the next cell; part of the light between the cones for each side along x, y */
 } RPopGrid;
 
@@ -112,7 +116,8 @@ R_INLINE void r_pop_cell(const RPopGrid *grid, int32_t x, int32_t y, int32_t z, 
 }
 
 /* Shells around a point, from the nearest place of the medium's box, or from a part of the farthest's distance, to the farthest. */
-static inline void r_pop_radial_grid(const RPopScene *scene, const double place[3], RPopGrid *grid) {
+static inline void r_pop_radial_grid(const RPopScene *scene, const Real *row, RPopGrid *grid) {
+    double place[3] = {(double)row[NPH_POP_WAY], (double)row[NPH_POP_WAY + 1], (double)row[NPH_POP_WAY + 2]};
     double near = 0.0, far = 0.0, solid = 0.0;
     for (int k = 0; k < 8; k++) {
         double square = 0.0;
@@ -130,6 +135,9 @@ static inline void r_pop_radial_grid(const RPopScene *scene, const double place[
     far = nph_sqrt(far) * 1.0001;
     near = nph_sqrt(near) * 0.9999;
     double inner = near > (double)scene->inner * far ? near : (double)scene->inner * far;
+    double disc = nph_sqrt((double)scene->clamp * (double)row[NPH_POP_AREA] * 0.31830988618379067); /* of the area's size: clamped */
+    disc = disc < 0.5 * far ? disc : 0.5 * far;
+    inner = disc > inner ? disc : inner;
     grid->inner = (Real)inner;
     grid->core = (Real)(near < inner ? inner - near : 0.0);
     grid->log_ratio = (Real)(nph_log(far / inner) / (double)grid->n[2]);
@@ -163,8 +171,8 @@ static inline void r_pop_axes(const RPopScene *scene, const double way[3], doubl
 }
 
 /* The box that the medium's has along those axes. */
-static inline void r_pop_flat_grid(const RPopScene *scene, const double way[3], RPopGrid *grid) {
-    double axis[3][3], edge[3];
+static inline void r_pop_flat_grid(const RPopScene *scene, const Real *row, RPopGrid *grid) {
+    double axis[3][3], edge[3], way[3] = {(double)row[NPH_POP_WAY], (double)row[NPH_POP_WAY + 1], (double)row[NPH_POP_WAY + 2]};
     r_pop_axes(scene, way, axis);
     for (int b = 0; b < 3; b++) {
         double lo = 1e300, hi = -1e300;
@@ -192,12 +200,13 @@ static inline void r_pop_flat_grid(const RPopScene *scene, const double way[3], 
 static inline RPopGrid r_pop_grid(const RPopScene *scene, const Real *row, int number) {
     const NphPopChoice *choice = &scene->choice;
     RPopGrid grid = {.radial = number >= choice->suns + choice->sky, .cone = R_POP_HALF, .side = {R(0.25), R(0.25)}};
-    double way[3];
+    const int32_t *n = nph_pop_shape(choice, number);
+    grid.lambert = number >= nph_pop_lamps(choice);
     for (int a = 0; a < 3; a++) {
-        grid.n[a] = grid.radial ? choice->radial[a] : choice->flat[a];
-        way[a] = (double)row[NPH_POP_WAY + a];
+        grid.n[a] = n[a];
+        grid.normal[a] = row[NPH_POP_NORMAL + a];
     }
-    (grid.radial ? r_pop_radial_grid : r_pop_flat_grid)(scene, way, &grid);
+    (grid.radial ? r_pop_radial_grid : r_pop_flat_grid)(scene, row, &grid);
     return grid;
 }
 
