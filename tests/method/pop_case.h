@@ -61,11 +61,29 @@ static inline const double *ordinate_of(const Solution *s, int number) { return 
 
 static inline RPopGrid grid_of(const Solution *s, int number) { return r_pop_grid(s->solver.scene, ordinate_of(s, number), number); }
 
+static inline double mean_of(const NphImage *image, const char *channel) {
+    double sum = 0.0;
+    for (int64_t i = 0; i < (int64_t)image->width * image->height; i++) sum += (double)nph_image_channel(image, channel)->pixels[i];
+    return sum / (double)image->width / (double)image->height;
+}
+
+static inline void render(const char *yaml, int precision, int threads, const char *knobs, RenderCase *out) {
+    NphRenderOptions options = render_options(16, precision);
+    static char words[512];
+    static const char *list[NPH_POP_KNOBS];
+    snprintf(words, sizeof words, "%s", knobs);
+    for (char *word = strtok(words, " "); word; word = strtok(NULL, " ")) list[options.knob_count++] = word;
+    options.method = "principal_ordinates";
+    options.knobs = list;
+    render_case(out, yaml, &options, threads);
+}
+
 #define CAMERA "resolution: [16, 16], position: [-2, -2, 0.5], look_at: [0.5, 0.5, 0.5], fov: 30"
 #define SCENE(camera, medium, lights) "nephos: 1\ncamera: {" camera "}\nmedia:\n  - {" medium "}\nlights:\n" lights
 #define CUBE(extinction, albedo, g) "box: [[0, 0, 0], [1, 1, 1]], extinction: " extinction ", albedo: " albedo ", phase: {type: hg, g: " g "}"
 #define SUN "  - {type: sun, direction: [-1, 0.3, 0.2], irradiance: 2}\n"
 #define WHITE "  - {type: constant, radiance: 1}\n"
+#define PLUME "density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.08, albedo: 0.95, phase: {type: hg, g: 0.7}"
 #define POINT "  - {type: point, position: [0.5, 0.5, 0.5], intensity: 1}\n"
 
 #endif

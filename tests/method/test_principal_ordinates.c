@@ -204,25 +204,6 @@ START_TEST(axes_are_alike) {
 }
 END_TEST
 
-static double mean_of(const NphImage *image, const char *channel) {
-    double sum = 0.0;
-    for (int64_t i = 0; i < (int64_t)image->width * image->height; i++) sum += (double)nph_image_channel(image, channel)->pixels[i];
-    return sum / (double)image->width / (double)image->height;
-}
-
-static void render(const char *yaml, int precision, int threads, const char *knobs, RenderCase *out) {
-    NphRenderOptions options = render_options(16, precision);
-    static char words[512];
-    static const char *list[NPH_POP_KNOBS];
-    snprintf(words, sizeof words, "%s", knobs);
-    for (char *word = strtok(words, " "); word; word = strtok(NULL, " ")) list[options.knob_count++] = word;
-    options.method = "principal_ordinates";
-    options.knobs = list;
-    render_case(out, yaml, &options, threads);
-}
-
-#define PLUME "density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.08, albedo: 0.95, phase: {type: hg, g: 0.7}"
-
 START_TEST(a_stage_or_knob_is_for_something) {
     static const char *const knobs[] = {"pop.variant=1", "pop.ordinates=5", "pop.cells=5", "pop.along=4", "pop.radial=5", "pop.inner=0.2", "pop.iterations=4", "pop.iterations=0",
                                         "pop.paths=0", "pop.regions=1", "pop.prefilter=0", "pop.prefilter=2", "pop.beta=3", "pop.importance=0", "pop.residuum=0",
@@ -382,7 +363,7 @@ START_TEST(what_is_not_modelled_is_refused) {
         {SCENE("type: flux, resolution: [2, 2], position: [0, 0, 2], direction: [0, 0, -1], up: [0, 1, 0], extent: 1", CUBE("1", "1", "0"), SUN), "one observer"},
         {SCENE(CAMERA, "layer: [0, 1], extinction: 1, albedo: 1", SUN), "layer"},
         {SCENE(CAMERA, CUBE("1", "1", "0") "}\n  - {" CUBE("2", "1", "0"), SUN), "second"},
-        {"nephos: 1\ncamera: {" CAMERA "}\nmedia:\n  - {" CUBE("1", "1", "0") "}\nsurfaces:\n  - {plane: -1}\nlights:\n" SUN, "surface"},
+        {"nephos: 1\ncamera: {" CAMERA "}\nsurfaces:\n  - {plane: -1}\nlights:\n" SUN, "surface"},
     };
     for (size_t r = 0; r < sizeof refused / sizeof *refused; r++) {
         NphContext *context = nph_test_context(1);

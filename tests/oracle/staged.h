@@ -41,6 +41,11 @@ static const char *const scenes[] = {
     CAMERA "media:\n  - {density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.05, albedo: 0.95, phase: {type: hg, g: 0.7}}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: constant, radiance: 0.1}\n"
            "  - {type: point, position: [0.4, 0.6, 1.4], intensity: [0.1, 0.2, 0.3]}\n",
+    /* the same between a plane and a mesh */
+    CAMERA "media:\n  - {density: {file: ../data/sphere/sphere.npy, box: [[0, 0, 0], [1, 1, 1]]}, extinction: 0.05, albedo: 0.95, phase: {type: hg, g: 0.7}}\n"
+           "surfaces:\n  - {plane: -0.3}\n  - {mesh: ../data/mesh/teapot.obj, albedo: [0.2, 0.5, 0.9], transform: [{scale: 0.2}, {translate: [0.3, 0, -0.3]}]}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: constant, radiance: 0.1}\n"
+           "  - {type: point, position: [0.4, 0.6, 1.4], intensity: [0.1, 0.2, 0.3]}\n",
 };
 enum { SCENES = sizeof scenes / sizeof *scenes, MAX_METHODS = 16 };
 

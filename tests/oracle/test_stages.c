@@ -92,12 +92,12 @@ static void replay_launches(int method, NphContext *context, const NphScene *sce
 static const struct {
     const char *method;
     int scene, count;
-    const char *knobs[4];
+    const char *knobs[6];
 } few[] = {{"single", 3, 1, {"single.tolerance=0.05"}},
            {"photonmap", 6, 2, {"photonmap.photons=600", "photonmap.step=1"}},
            {"shdom", 7, 3, {"shdom.cells=4", "shdom.bands=2", "shdom.iterations=3"}},
            {"temporal_photons", 7, 4, {"tpm.photons=600", "tpm.generations=2", "tpm.cells=100", "tpm.steps=40"}},
-           {"principal_ordinates", 7, 4, {"pop.ordinates=5", "pop.cells=6", "pop.iterations=3", "pop.residuum_iterations=2"}}};
+           {"principal_ordinates", 8, 6, {"pop.ordinates=5", "pop.cells=6", "pop.iterations=3", "pop.residuum_iterations=2", "pop.vpls=4", "pop.rsm=5"}}};
 
 enum { FEW = sizeof few / sizeof *few };
 

@@ -38,10 +38,8 @@ typedef struct Look {
 
 static double warp(double u) { return 1.1 * u / (1.0 - 0.9 * nph_abs(u)); }
 
-static double warp_slope(double u) {
-    double near = 1.0 - 0.9 * nph_abs(u);
-    return 1.1 / (near * near);
-}
+/* Of the texel around u. */
+static double warp_width(double u, double edge) { return warp(u + 0.5 * edge) - warp(u - 0.5 * edge); }
 
 static void look_along(const RPopScene *scene, const Real *row, const double uv[2], Look *look) {
     double axis[3][3], way[3], edge = 2.0 / (double)scene->choice.rsm, s[2];
@@ -53,7 +51,7 @@ static void look_along(const RPopScene *scene, const Real *row, const double uv[
         look->p[a] = (Real)(scene->middle[a] + s[0] * axis[0][a] + s[1] * axis[1][a] - back * axis[2][a]);
         look->d[a] = (Real)axis[2][a];
     }
-    look->size = scene->radius * scene->radius * edge * edge * warp_slope(uv[0]) * warp_slope(uv[1]);
+    look->size = scene->radius * scene->radius * warp_width(uv[0], edge) * warp_width(uv[1], edge);
 }
 
 static void look_around(const RPopScene *scene, const Real *row, const double uv[2], Look *look) {
