@@ -14,11 +14,11 @@ SUNSET = '{type: environment, file: ROOT/reference/data/env/exr_variants/sunset2
 VARIANTS = ('corrected', 'paper')
 
 
-def scene(lab, name, camera, medium, lights):
+def scene(lab, name, camera, medium, lights, surfaces=()):
     """Writes a scene; its path."""
     path = lab.work / f'{name}.yaml'
-    lines = ''.join(f'  - {light}\n' for light in lights)
-    text = f'nephos: 1\ncamera: {{{camera}}}\nmedia:\n  - {{{medium}}}\nlights:\n{lines}'
+    lines, walls = (''.join(f'  - {one}\n' for one in of) for of in (lights, surfaces))
+    text = f'nephos: 1\ncamera: {{{camera}}}\nmedia:\n  - {{{medium}}}\nlights:\n{lines}' + (f'surfaces:\n{walls}' if walls else '')
     path.write_text(text.replace('ROOT', str(lab.root)), encoding='utf-8')
     return path
 

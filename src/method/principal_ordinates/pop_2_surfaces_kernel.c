@@ -42,7 +42,7 @@ static double warp(double u) { return 1.1 * u / (1.0 - 0.9 * nph_abs(u)); }
 static double warp_width(double u, double edge) { return warp(u + 0.5 * edge) - warp(u - 0.5 * edge); }
 
 static void look_along(const RPopScene *scene, const Real *row, const double uv[2], Look *look) {
-    double axis[3][3], way[3], edge = 2.0 / (double)scene->choice.rsm, s[2];
+    double axis[3][3] = {{0.0}}, way[3], edge = 2.0 / (double)scene->choice.rsm, s[2];
     for (int a = 0; a < 3; a++) way[a] = (double)row[NPH_POP_WAY + a];
     r_pop_axes(scene, way, axis);
     for (int b = 0; b < 2; b++) s[b] = scene->radius * warp(uv[b]);
