@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * What host and kernels hand each other: 32-bit words in the same order on both sides. The members of Medium are those of a dump's
+ * path: what host and kernels hand each other, 32-bit words in the same order on both sides. The members of Medium are those of a dump's
  * manifest (docs/oracle.md, Media). */
 #ifndef EXAMPLE_SHARED_H
 #define EXAMPLE_SHARED_H

@@ -4,7 +4,7 @@
  * 2^l samples along every axis; voxels of that size are at most as large as the grids' cells [Elek14 sec. 4.2]. */
 #include <string.h>
 
-#include "method/principal_ordinates/pop_state.h"
+#include "method/principal_ordinates/pop_kept.h"
 #include "transport/facts_lookup.h"
 #include "transport/prepare_lookup.h"
 
@@ -160,6 +160,9 @@ void NPH_KERNEL(nph_pop_facts)(const void *memory, NphFactFn fact, void *user) {
         fact(user, -1, "corners", 24, &scene->corner[0][0]);
         r_fact(fact, user, "mean_cosine", scene->g);
         r_fact(fact, user, "step", scene->step);
+        RPopObserver observer = r_pop_observer(&scene->local);
+        fact(user, -1, "observer", 3, (double[]){(double)observer.at[0], (double)observer.at[1], (double)observer.at[2]});
+        r_fact(fact, user, "observer_parallel", (Real)observer.parallel);
     }
     r_scene_facts(&scene->local, 1, fact, user);
 }
