@@ -11,7 +11,7 @@
 #include "port.h"
 
 enum { FLAT, RADIAL };                         /* kinds of grids */
-enum { WAY, ROW = 8 };                         /* of a row of pop.ordinate: the way of the light or the place of the point; its length */
+enum { WAY, ROW = 12 };                        /* of a row of pop.ordinate: the way of the light or the place of the point; its length */
 enum { INJECTED, LEFT, POWERS, LANES = 16 };   /* of pop.power; sums of add_up */
 
 /* The medium's box, scene-local. */
@@ -62,7 +62,8 @@ static void read_scene(void) {
     doubles("transport.grids_of_suns_sky_points", 3, values);
     grids[FLAT] = (int)(values[0] + values[1]);
     grids[RADIAL] = (int)values[2];
-    channels = (int)number("transport.channels", 1);
+    channels = (int)number("transport.propagated_channels", 1);
+    if (number("transport.virtual_points", 0) > 0) stop(NPH_BAD_INPUT, "these kernels know no virtual point lights: pop.vpls=0 leaves them out");
     read_box();
     doubles("media.0.extinction_per_m", 3, extinction);
     doubles("media.0.albedo", 3, albedo);

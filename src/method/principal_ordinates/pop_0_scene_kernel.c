@@ -155,7 +155,9 @@ void NPH_KERNEL(nph_pop_facts)(const void *memory, NphFactFn fact, void *user) {
         three(fact, user, "joined_cells", choice->joined);
         three(fact, user, "merged_cells", choice->merged);
         three(fact, user, "fine_cells", choice->fine);
-        fact(user, -1, "grids_of_suns_sky_points_vpls", 4, (double[]){(double)choice->suns, (double)choice->sky, (double)choice->points, (double)choice->vpls});
+        fact(user, -1, "grids_of_suns_sky_points", 3, (double[]){(double)choice->suns, (double)choice->sky, (double)choice->points});
+        fact(user, -1, "virtual_points", 1, (double[]){(double)choice->vpls});
+        fact(user, -1, "propagated_channels", 1, (double[]){(double)choice->channels});
         fact(user, -1, "level", 1, (double[]){(double)choice->level});
         fact(user, -1, "corners", 24, &scene->corner[0][0]);
         r_fact(fact, user, "mean_cosine", scene->g);
