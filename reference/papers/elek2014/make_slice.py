@@ -20,63 +20,63 @@ SUN = '{type: sun, direction: [-1, 0, 0], irradiance: 1}'
 PLANE = f'resolution: [{CELLS}, {CELLS}], position: [0.5, 0.5, {(LAYER + 0.5) / CELLS}], direction: [0, 0, -1], up: [0, 1, 0], extent: 1'
 
 
-def medium(g):
-    return f'box: [[0, 0, 0], [1, 1, 1]], extinction: {SIGMA}, albedo: 1, phase: {{type: hg, g: {g}}}'
+def medium(g, sigma=SIGMA, albedo=1):
+    return f'box: [[0, 0, 0], [1, 1, 1]], extinction: {sigma:g}, albedo: {albedo:g}, phase: {{type: hg, g: {g}}}'
 
 
 def lobe(mu, a):
     return (1 - a * a) / (4 * numpy.pi * (1 + a * a - 2 * a * mu) ** 1.5)
 
 
-def beam():
+def beam(sigma=SIGMA):
     """Mean transmittance to the cells, [along]."""
-    depth = SIGMA / CELLS
+    depth = sigma / CELLS
     return numpy.exp(-depth * numpy.arange(CELLS)) * -numpy.expm1(-depth) / depth
 
 
-def sensor(lab, name, camera, g, samples, method='path'):
+def sensor(lab, name, camera, medium_of, samples, method='path'):
     """Values in the slice and their variance; rows of a picture run downwards."""
-    scene = make.scene(lab, name, camera, medium(g), [SUN])
+    scene = make.scene(lab, name, camera, medium_of, [SUN])
     told = make.truth(lab, scene, name, samples, method)
     return told['R'][::-1], told['Variance.R'][::-1]
 
 
-def true_fluence(lab, g, samples, method='path'):
-    return sensor(lab, f'slice_{g}_{method}', f'type: fluence, {PLANE}', g, samples, method)
+def true_fluence(lab, g, samples, method='path', name='slice', **cube):
+    return sensor(lab, f'{name}_{g}_{method}', f'type: fluence, {PLANE}', medium(g, **cube), samples, method)
 
 
 def true_radiance(lab, g, samples):
     """[angle][y][x] of what goes that many degrees off +x towards +y and has been scattered; variance too. Mirrored in y it goes towards -y."""
     seen = [(-numpy.cos(numpy.radians(a)), -numpy.sin(numpy.radians(a))) for a in ANGLES]
-    told = [sensor(lab, f'slice_{g}_{a}', f'type: radiance, seen: [{x:.17g}, {y:.17g}, 0], {PLANE}', g, samples) for a, (x, y) in zip(ANGLES, seen)]
+    told = [sensor(lab, f'slice_{g}_{a}', f'type: radiance, seen: [{x:.17g}, {y:.17g}, 0], {PLANE}', medium(g), samples) for a, (x, y) in zip(ANGLES, seen)]
     return tuple(numpy.array(values) for values in zip(*told))
 
 
-def solution(lab, g, way, iterations):
+def solution(lab, g, way, iterations, sigma=SIGMA, albedo=1):
     """Of the slice, [iteration][y][x]: what a visit adds to the fluence, and its mean cosine; and the light in the grid before each."""
     knobs = {'pop.cells': CELLS, 'pop.iterations': iterations, 'pop.residuum': 0, 'pop.epsilon_l': 0, **WAYS[way]}
-    scene = make.scene(lab, f'slice_{g}', 'resolution: [8, 8], position: [0.5, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 35', medium(g), [SUN])
+    scene = make.scene(lab, f'slice_{g}', 'resolution: [8, 8], position: [0.5, -1.5, 0.5], look_at: [0.5, 0.5, 0.5], fov: 35', medium(g, sigma, albedo), [SUN])
     manifest, launches = lab.dump(scene, 'slice', knobs, 'principal_ordinates', ('--spp', 16))
     stages = [launch['stage'] for launch in manifest['launches']]
     begin, end = stages.index('pop.inject'), stages.index('pop.propagate') + iterations
     box = lambda name: numpy.array([launch[name].reshape(CELLS, CELLS, CELLS) for launch in launches[begin:end]], float)  # [launch][along x][z][y]
     light, cosine = box('pop.light'), box('pop.cosine')
-    isotropic = 0.5 * SIGMA * (1 - g) / CELLS if way == 'corrected' else 1.0
+    isotropic = 0.5 * sigma * (1 - albedo * g) / CELLS if way == 'corrected' else 1.0
     shown = numpy.where(numpy.arange(len(light)) > 0, 1.0, 0.0 if way == 'paper' else 0.5).reshape(-1, 1, 1, 1)
     if way != 'paper':  # what comes out of the last iteration is left, not shown
         shown[-1] = 0.0
     added = shown * (abs(cosine) + (1 - abs(cosine)) * isotropic) * light
     if g == 0 and way != 'paper':  # isotropic scattering: what the stages have added up is the fluence over 4 pi
         seen = 4 * numpy.pi * numpy.asarray(launches[end - 1]['pop.seen'], float).reshape(CELLS, CELLS, CELLS)
-        away = abs(added.sum(0) + beam().reshape(-1, 1, 1) - seen).max() / seen.max()
+        away = abs(added.sum(0) + beam(sigma).reshape(-1, 1, 1) - seen).max() / seen.max()
         if away > 1e-5:
             raise SystemExit(f'the fluence of cells is not what the grid shows: {away}')
     pick = lambda array: array[:, :, LAYER].transpose(0, 2, 1)
     return pick(added), pick(cosine), light.sum((1, 2, 3))
 
 
-def fluence_of(added, way, iterations=None):
-    return added[:iterations].sum(0) + (0.0 if way == 'paper' else beam())
+def fluence_of(added, way, iterations=None, sigma=SIGMA):
+    return added[:iterations].sum(0) + (0.0 if way == 'paper' else beam(sigma))
 
 
 def radiance_of(added, cosines, iterations=None):
