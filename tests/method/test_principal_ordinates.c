@@ -356,6 +356,41 @@ START_TEST(importance_is_averaged_over_frames) {
 }
 END_TEST
 
+/* [Elek14 eq. 10]: in a homogeneous medium all light has the same mean cosine, that of its first scattering times the decay of every
+ * iteration; they end with the first that brings the beam's own below epsilon_a, and not before light can have crossed the grid. */
+START_TEST(iterations_end_when_light_is_isotropic_to_epsilon_a) {
+    static const struct {
+        const char *knobs;
+        double g, epsilon, rate; /* rate: of the decay, over s_s */
+    } runs[] = {
+        {"pop.epsilon_a=0.5", 0.8, 0.5, 0.2},  {"pop.epsilon_a=0.1", 0.8, 0.1, 0.2},  {"pop.epsilon_a=1e-6", 0.8, 1e-6, 0.2},
+        {"pop.epsilon_a=0.1", -0.5, 0.1, 1.5}, {"pop.epsilon_a=0.9", 0.8, 0.9, 0.2}, {"pop.epsilon_a=0.1 pop.variant=1", 0.8, 0.1, 0.22314355131420976},
+    };
+    enum { CELLS = 5 };
+    for (size_t r = 0; r < sizeof runs / sizeof *runs; r++) {
+        Solution s;
+        char knobs[128];
+        double decay = exp(-runs[r].rate * 3.0 / CELLS), begins = strstr(runs[r].knobs, "variant") ? 1.0 : runs[r].g, least = INFINITY, most = -INFINITY;
+        snprintf(knobs, sizeof knobs, "pop.cells=5 pop.iterations=0 pop.epsilon_l=0 %s", runs[r].knobs);
+        solution_open(&s, render_text("nephos: 1\ncamera: {" CAMERA "}\nmedia:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: 4, albedo: 0.75, phase: {type: hg, g: %g}}\n"
+                                      "lights:\n  - {type: sun, direction: [0, 0, -1], irradiance: 1}\n", runs[r].g), 2, knobs);
+        solve(&s, NPH_POP_MEDIUM, NPH_POP_PROPAGATE, 0);
+        int done = s.solver.iterations;
+        for (int64_t i = 0; i < CELLS * CELLS * CELLS; i++) {
+            double cosine = ((double *)s.solver.arrays.cosine)[i];
+            least = fmin(least, cosine);
+            most = fmax(most, cosine);
+        }
+        printf("    g %g, epsilon_a %g: %d iterations\n", runs[r].g, runs[r].epsilon, done);
+        ck_assert_double_eq_tol(least, begins * pow(decay, done), 1e-12);
+        ck_assert_double_eq_tol(most, begins * pow(decay, done), 1e-12);
+        ck_assert_double_lt(pow(decay, done), runs[r].epsilon);
+        ck_assert(done >= CELLS && (done == CELLS || pow(decay, done - 1) >= runs[r].epsilon));
+        solution_close(&s);
+    }
+}
+END_TEST
+
 START_TEST(what_is_not_modelled_is_refused) {
     static const struct {
         const char *yaml, *says;
@@ -407,6 +442,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, extremes_are_survived);
     tcase_add_test(cases, importance_goes_where_light_would_come_from);
     tcase_add_test(cases, importance_is_averaged_over_frames);
+    tcase_add_test(cases, iterations_end_when_light_is_isotropic_to_epsilon_a);
     tcase_add_test(cases, what_is_not_modelled_is_refused);
     tcase_add_test(cases, memory_is_planned_and_may_fail);
 }
