@@ -56,7 +56,8 @@ const NphStage nph_pop_stages[NPH_POP_STAGES] = {
     {"pop.propagate", "propagation and accumulation [Elek14 eq. 1-8]", "pop.ordinate pop.density " SOLUTION, SOLUTION, {64, 1, 1}, 0},
     {"pop.join", "isotropic residuum [Elek14 sec. 5.4]", "pop.medium pop.ordinate pop.light pop.power", "pop.residuum pop.spread", {64, 1, 1}, 0},
     {"pop.spread", "isotropic propagation [Elek14 sec. 5.4]", "pop.medium pop.residuum pop.spread", "pop.residuum pop.spread", {64, 1, 1}, 0},
-    {"pop.merge", "one grid of all [Elek14 sec. 5.3]", "pop.medium pop.ordinate pop.seen pop.spread", "pop.merged", {64, 1, 1}, 0},
+    {"pop.gather", "one grid of virtual points [Elek14 sec. 5.3]", "pop.ordinate pop.seen", "pop.gathered", {64, 1, 1}, 0},
+    {"pop.merge", "one grid of all [Elek14 sec. 5.3]", "pop.medium pop.ordinate pop.seen pop.spread pop.gathered", "pop.merged", {64, 1, 1}, 0},
     {"pop.upsample", "joint bilateral upsampling [Elek14 sec. 4.4] [Kopf07]", "pop.merged", "pop.fine", {64, 1, 1}, 0},
     {"pop.march", "ray march [Elek14 sec. 4.4]", "pop.merged pop.fine pop.medium pop.ordinate", "pop.sample", {NPH_TILE_PIXELS, 1, 1}, 0},
     {"pop.accumulate", "moments in a dyadic tree [Chan79] [Pebay08]", "pop.sample", "film.node", {NPH_TILE_PIXELS, 1, 1}, 0},
@@ -150,6 +151,7 @@ static int64_t items_of(const NphPopState *state, NphPopStage stage) {
     case NPH_POP_PROPAGATE: return nph_pop_first(choice, nph_pop_grids(choice), 1);
     case NPH_POP_JOIN:
     case NPH_POP_SPREAD: return nph_pop_cells(choice->joined);
+    case NPH_POP_GATHER: return nph_pop_cells(choice->gathered);
     case NPH_POP_MERGE: return nph_pop_cells(choice->merged);
     case NPH_POP_UPSAMPLE: return nph_pop_cells(choice->fine);
     case NPH_POP_MARCH: return (int64_t)NPH_TILE_PIXELS * NPH_CHUNK;

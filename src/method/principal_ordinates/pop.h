@@ -13,11 +13,12 @@
  *    8 propagate   every cell to its six neighbours, M times
  *    9 join        what is left of all grids, isotropic by then, into one grid along the medium
  *   10 spread      the same there (the isotropic residuum)
- *   11 merge       what all grids show the observer, into one grid along the medium
- *   12 upsample    to the resolution of the density, which guides it
+ *   11 gather      what virtual point lights show the observer, into one grid along the medium
+ *   12 merge       what all grids show, into one
+ *   13 upsample    to the resolution of the density, which guides it
  * and for every tile and 16 samples:
- *   13 march       through density and what was merged, to surfaces
- *   14 accumulate  into the film's tree
+ *   14 march       through density and what was merged, to surfaces
+ *   15 accumulate  into the film's tree
  * The solution is the same for all samples: they differ in where in their pixel they look. */
 #ifndef NPH_METHOD_POP_H
 #define NPH_METHOD_POP_H
@@ -42,6 +43,7 @@ typedef enum NphPopStage {
     NPH_POP_PROPAGATE,
     NPH_POP_JOIN,
     NPH_POP_SPREAD,
+    NPH_POP_GATHER,
     NPH_POP_MERGE,
     NPH_POP_UPSAMPLE,
     NPH_POP_MARCH,
@@ -62,6 +64,7 @@ typedef enum NphPopBuffer {
     NPH_POP_B_POWER,
     NPH_POP_B_RESIDUUM,
     NPH_POP_B_SPREAD,
+    NPH_POP_B_GATHERED,
     NPH_POP_B_MERGED,
     NPH_POP_B_FINE,
     NPH_POP_B_SAMPLE,
@@ -133,7 +136,7 @@ typedef struct NphPopChoice {
     int importance;          /* the map is made */
     int residuum;
     int32_t flat[3], radial[3], vpl[3]; /* cells of a grid */
-    int32_t joined[3], merged[3], fine[3], mips[3];
+    int32_t joined[3], gathered[3], merged[3], fine[3], mips[3];
     int level;               /* of the density: voxels of 2^level */
     int iterations;          /* of the propagation; 0: the number is known once there are ordinates (Eq. 10) */
     double mean_density;
@@ -162,6 +165,7 @@ typedef struct NphPopArrays {
     void *residuum[2]; /* what is under way, before and after an iteration: [channel][z][y][x] */
     void *spread;      /* the sum of what has arrived */
     void *keep;        /* what is left on half the way through a cell of theirs, [axis][channel][cell]; then the path of a visit over its edge */
+    void *gathered;    /* [channel][z][y][x] */
     void *merged, *fine;
 } NphPopArrays;
 
@@ -187,6 +191,7 @@ typedef struct NphPopKernels {
     void (*keep)(const void *scene, const NphPopArrays *arrays, int first, int end);
     void (*spread)(const void *scene, const NphPopArrays *arrays, int from, int first, int end); /* residuum[from] to the other */
     double (*left)(const void *scene, const NphPopArrays *arrays, int from); /* of what was joined */
+    void (*gather)(const void *scene, const NphPopArrays *arrays, int first, int end); /* planes of gathered */
     void (*merge)(const void *scene, const NphPopArrays *arrays, int first, int end); /* planes of merged */
     void (*upsample)(const void *scene, const NphPopArrays *arrays, int first, int end); /* planes of fine */
     void (*march)(const void *scene, const NphPopArrays *arrays, const int rect[4], int64_t chunk, void *samples, int64_t *steps);

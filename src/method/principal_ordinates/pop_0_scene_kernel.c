@@ -111,6 +111,7 @@ void NPH_KERNEL(nph_pop_prepare)(const NphJob *job, const NphPopChoice *choice, 
     out->per_level = (Real)nph_power_of_2((double)-choice->level);
     out->level_shift = R(-0.5) * out->per_level - R(0.5); /* sample 1 is the first of cell 0 */
     prepare_box(out, choice->joined, &out->joined);
+    prepare_box(out, choice->gathered, &out->gathered);
     prepare_box(out, choice->merged, &out->merged);
     prepare_box(out, choice->fine, &out->fine);
     prepare_knobs(job->knobs, out);
@@ -153,6 +154,7 @@ void NPH_KERNEL(nph_pop_facts)(const void *memory, NphFactFn fact, void *user) {
         three(fact, user, "vpl_cells", choice->vpl);
         three(fact, user, "medium_cells", choice->mips);
         three(fact, user, "joined_cells", choice->joined);
+        three(fact, user, "gathered_cells", choice->gathered);
         three(fact, user, "merged_cells", choice->merged);
         three(fact, user, "fine_cells", choice->fine);
         fact(user, -1, "grids_of_suns_sky_points", 3, (double[]){(double)choice->suns, (double)choice->sky, (double)choice->points});

@@ -5,7 +5,8 @@
  *           (of a point over what fluence counts by); scaled to keep the power of every channel. In print it is not scaled
  *   spread  isotropic light, a sixth to every neighbour, what absorption leaves of it; all that was joined (not in print, where the grids
  *           have accumulated it) and all that arrives is added up, times the path of a visit (pop_4_propagate_kernel.c)
- *   merge   sum over grids of value seen, and a 4 pi-th of what was spread
+ *   gather  sum over the grids of virtual point lights of value seen. There are many, of few cells: their grid has fewer cells than that of all
+ *   merge   the same over all other grids, what was gathered, and a 4 pi-th of what was spread
  * Between the middles of a grid's cells everything is linear; beyond the outermost it is constant. */
 #include "method/principal_ordinates/pop_kept.h"
 
@@ -14,6 +15,7 @@ void NPH_KERNEL(nph_pop_join_scale)(const void *memory, const NphPopArrays *arra
 void NPH_KERNEL(nph_pop_keep)(const void *memory, const NphPopArrays *arrays, int first, int end);
 void NPH_KERNEL(nph_pop_spread)(const void *memory, const NphPopArrays *arrays, int from, int first, int end);
 double NPH_KERNEL(nph_pop_left)(const void *memory, const NphPopArrays *arrays, int from);
+void NPH_KERNEL(nph_pop_gather)(const void *memory, const NphPopArrays *arrays, int first, int end);
 void NPH_KERNEL(nph_pop_merge)(const void *memory, const NphPopArrays *arrays, int first, int end);
 
 enum { MOST = 4096 };
@@ -128,8 +130,8 @@ static void add_grid(const RPopScene *scene, const Real *ordinate, int number, c
     }
 }
 
-static void add_grids(const RPopScene *scene, const NphPopArrays *arrays, const Sum *sum, Places *at) {
-    for (int n = 0; n < nph_pop_grids(&scene->choice); n++) {
+static void add_grids(const RPopScene *scene, const NphPopArrays *arrays, const int grids[2], const Sum *sum, Places *at) {
+    for (int n = grids[0]; n < grids[1]; n++) {
         const Real *ordinate = (const Real *)arrays->ordinate + (int64_t)n * NPH_POP_ROW;
         if (!is_dark(ordinate)) add_grid(scene, ordinate, n, sum, at);
     }
@@ -154,7 +156,7 @@ void NPH_KERNEL(nph_pop_join)(const void *memory, const NphPopArrays *arrays, in
             begin_rows(scene, box, y, z, &at);
             for (int c = 0; c < scene->choice.transport.film_channels; c++)
                 for (int i = 0; i < at.count; i++) sum.out[c * cells + i] = R(0.0);
-            add_grids(scene, arrays, &sum, &at);
+            add_grids(scene, arrays, (int[]){0, nph_pop_grids(&scene->choice)}, &sum, &at);
         }
 }
 
@@ -252,9 +254,9 @@ double NPH_KERNEL(nph_pop_left)(const void *memory, const NphPopArrays *arrays, 
     return r_pop_sum(arrays->residuum[from], scene->choice.transport.film_channels * nph_pop_cells(scene->joined.n));
 }
 
-/* What was spread, at the places: isotropic. */
-static void add_spread(const RPopScene *scene, const NphPopArrays *arrays, const int32_t first[2], Places *at, Real *out) {
-    const RPopBox *from = &scene->merged, *box = &scene->joined;
+/* [channel][z][y][x] of a box along the medium, at places of the merged one, times a factor. */
+static void add_box(const RPopScene *scene, const RPopBox *box, const Real *values, Real factor, const int32_t first[2], Places *at, Real *out) {
+    const RPopBox *from = &scene->merged;
     RPopGrid grid = {.radial = 0, .n = {box->n[0], box->n[1], box->n[2]}, .axis = {{R(1.0)}, {R(0.0), R(1.0)}, {R(0.0), R(0.0), R(1.0)}}};
     for (int a = 0; a < 3; a++) {
         grid.low[a] = box->lo[a];
@@ -268,8 +270,8 @@ static void add_spread(const RPopScene *scene, const NphPopArrays *arrays, const
     }
     find_grid(&grid, at);
     for (int c = 0; c < scene->choice.transport.film_channels; c++) {
-        read_cells((const Real *)arrays->spread + c * nph_pop_cells(box->n), at);
-        add_places(at, R(0.079577471545947668), NPH_POP_CELL, out + c);
+        read_cells(values + c * nph_pop_cells(box->n), at);
+        add_places(at, factor, NPH_POP_CELL, out + c);
     }
 }
 
@@ -284,6 +286,21 @@ static void add_guides(const RPopScene *scene, const NphPopArrays *arrays, const
     }
 }
 
+void NPH_KERNEL(nph_pop_gather)(const void *memory, const NphPopArrays *arrays, int first, int end) {
+    const RPopScene *scene = memory;
+    const RPopBox *box = &scene->gathered;
+    int64_t cells = nph_pop_cells(box->n);
+    Places at;
+    for (int32_t z = first; z < end; z++)
+        for (int32_t y = 0; y < box->n[1]; y += at.rows) {
+            Sum sum = {.values = arrays->seen, .out = (Real *)arrays->gathered + ((int64_t)z * box->n[1] + y) * box->n[0], .apart = 1, .between = cells};
+            begin_rows(scene, box, y, z, &at);
+            for (int c = 0; c < scene->choice.transport.film_channels; c++)
+                for (int i = 0; i < at.count; i++) sum.out[c * cells + i] = R(0.0);
+            add_grids(scene, arrays, (int[]){nph_pop_lamps(&scene->choice), nph_pop_grids(&scene->choice)}, &sum, &at);
+        }
+}
+
 void NPH_KERNEL(nph_pop_merge)(const void *memory, const NphPopArrays *arrays, int first, int end) {
     const RPopScene *scene = memory;
     const RPopBox *box = &scene->merged;
@@ -295,8 +312,9 @@ void NPH_KERNEL(nph_pop_merge)(const void *memory, const NphPopArrays *arrays, i
             Sum sum = {.values = arrays->seen, .out = out, .apart = NPH_POP_CELL, .between = 1};
             begin_rows(scene, box, y, z, &at);
             for (int i = 0; i < at.count * NPH_POP_CELL; i++) out[i] = R(0.0);
-            add_grids(scene, arrays, &sum, &at);
-            if (scene->choice.residuum) add_spread(scene, arrays, (int32_t[]){y, z}, &at, out);
+            add_grids(scene, arrays, (int[]){0, nph_pop_lamps(&scene->choice)}, &sum, &at);
+            if (scene->choice.vpls > 0) add_box(scene, &scene->gathered, arrays->gathered, R(1.0), (int32_t[]){y, z}, &at, out);
+            if (scene->choice.residuum) add_box(scene, &scene->joined, arrays->spread, R(0.079577471545947668), (int32_t[]){y, z}, &at, out);
             for (int i = 0; i < at.count && channels == 1; i++) out[i * NPH_POP_CELL + 1] = out[i * NPH_POP_CELL + 2] = out[i * NPH_POP_CELL];
             add_guides(scene, arrays, (int32_t[]){y, z}, &at, out);
         }

@@ -40,7 +40,7 @@ typedef struct Sight {
     const NphPopArrays *arrays;
     const Real *values; /* J */
     March march;
-    int alive, between, surfaces;
+    int alive, between, surfaces, grey;
     int64_t steps;
     NphLineFn line;
     void *user;
@@ -108,26 +108,47 @@ R_OUTLINE void find_cells(Lanes *restrict l, const RPopBox *restrict from, int a
     }
 }
 
-/* A cell's numbers lie together: they are mixed lane by lane. */
+/* A cell's numbers lie together: they are mixed lane by lane, four at once. */
+R_INLINE void mix_cells(const Real *restrict a, const Real *restrict b, Real part, Real *restrict out) {
+    for (int c = 0; c < NPH_POP_CELL; c++) out[c] = r_grid_mix(a[c], b[c], part);
+}
+
 static void read_cells(Sight *s) {
     const RPopBox *box = &s->march.cells;
     Lanes *l = &s->lanes;
     for (int i = 0; i < s->alive; i++) {
-        Real sum[NPH_POP_CELL] = {R(0.0)};
+        Real sum[NPH_POP_CELL] = {R(0.0)}, row[4][NPH_POP_CELL], plane[2][NPH_POP_CELL];
         if (l->density[i] > R(0.0)) {
             const Real *a = s->values + (int64_t)l->first[i] * NPH_POP_CELL;
             int64_t right = l->more[0][i] * NPH_POP_CELL, below = (int64_t)l->more[1][i] * box->n[0] * NPH_POP_CELL;
             int64_t behind = (int64_t)l->more[2][i] * box->n[0] * box->n[1] * NPH_POP_CELL;
             Real u = l->part[0][i], v = l->part[1][i], w = l->part[2][i];
-            for (int c = 0; c < NPH_POP_CELL; c++) {
-                const Real *b = a + c;
-                Real low = r_grid_mix(r_grid_mix(b[0], b[right], u), r_grid_mix(b[below], b[below + right], u), v);
-                b += behind;
-                Real high = r_grid_mix(r_grid_mix(b[0], b[right], u), r_grid_mix(b[below], b[below + right], u), v);
-                sum[c] = r_grid_mix(low, high, w);
+            for (int k = 0; k < 4; k++) {
+                const Real *b = a + (k & 1 ? below : 0) + (k & 2 ? behind : 0);
+                mix_cells(b, b + right, u, row[k]);
             }
+            mix_cells(row[0], row[1], v, plane[0]);
+            mix_cells(row[2], row[3], v, plane[1]);
+            mix_cells(plane[0], plane[1], w, sum);
         }
         for (int c = 0; c < 3; c++) l->J[c][i] = sum[c];
+    }
+}
+
+/* One exponential for three channels. */
+R_OUTLINE void gather_grey(Lanes *restrict l, const March *restrict from, int alive) {
+    const March m = *from;
+    int count = r_whole_vectors(alive);
+    for (int i = 0; i < count; i++) { /* vec */
+        Real collides = R(0.0), part = -r_expm1(-m.sigma[0] * l->density[i] * l->length[i]);
+        for (int c = 0; c < 3; c++) {
+            Real T = l->T[c][i];
+            l->light[c][i] += T * part * m.albedo[c] * l->J[c][i];
+            collides += T * part * R(0.33333333333333333);
+            l->T[c][i] = T * (R(1.0) - part);
+        }
+        l->collided[i] += collides;
+        l->distance[i] += collides * (l->start[i] + l->t[i]);
     }
 }
 
@@ -318,7 +339,7 @@ static void step_rays(Sight *s) {
     else look_box(l, s->alive);
     find_cells(l, &s->march.cells, s->alive);
     read_cells(s);
-    gather(l, &s->march, s->alive);
+    (s->grey ? gather_grey : gather)(l, &s->march, s->alive);
     if (s->line) tell_step(s);
     for (int i = 0; i < s->alive;) {
         Real most = r_max(l->T[0][i], r_max(l->T[1][i], l->T[2][i]));
@@ -338,6 +359,7 @@ static void begin_sight(Sight *s, const RPopScene *scene, const NphPopArrays *ar
     s->scene = scene;
     s->arrays = arrays;
     s->surfaces = scene->local.surfaces.count > 0;
+    s->grey = scene->sigma_t[0] == scene->sigma_t[1] && scene->sigma_t[0] == scene->sigma_t[2];
     s->values = scene->upsampling && grid ? arrays->fine : arrays->merged;
     s->march = (March){.step = scene->step, .majorant = grid ? medium->majorant : &none, .majorants_per_unit = grid ? R(0.25) : R(0.0),
                        .cells = scene->upsampling && grid ? scene->fine : scene->merged};

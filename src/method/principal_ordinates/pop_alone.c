@@ -25,6 +25,8 @@ const NphBuffer nph_pop_buffers[NPH_POP_BUFFERS] = {
     [NPH_POP_B_POWER] = {"pop.power", NPH_F64, "[grid][channel][2]", "1", "sums over cells of light: injected, and under way", NPH_NEAR, NULL, NULL, 0},
     [NPH_POP_B_RESIDUUM] = {"pop.residuum", R, "[channel][z][y][x]", "W/m2", "isotropic light under way", NPH_NEAR, "pop.residuum is 1", NULL, 0},
     [NPH_POP_B_SPREAD] = {"pop.spread", R, "[channel][z][y][x]", "W/m2", "the sum of what has arrived", NPH_NEAR, "pop.residuum is 1", NULL, 0},
+    [NPH_POP_B_GATHERED] = {"pop.gathered", R, "[channel][z][y][x]", "W/m2/sr", "what is scattered to the observer of the light of virtual point lights, over s_s", NPH_NEAR,
+                            "a surface reflects, and pop.vpls is above 0", NULL, 0},
     [NPH_POP_B_MERGED] = {"pop.merged", R, "[z][y][x][4]", "W/m2/sr", "what is scattered to the observer, over s_s: three channels; the density over the largest", NPH_NEAR, NULL, NULL, 0},
     [NPH_POP_B_FINE] = {"pop.fine", R, "[z][y][x][4]", "W/m2/sr", "the same at the resolution of the density, its own density in the mean too; 0 where none is near", NPH_NEAR,
                         "pop.upsampling is 1, and the density a grid", NULL, 0},
@@ -107,6 +109,7 @@ static int view_solution(const NphPopSolver *s, int buffer, NphView *out) {
         return 1;
     case NPH_POP_B_RESIDUUM: return channels_of(out, real, a->residuum[s->from], choice->transport.film_channels, choice->joined) && choice->residuum;
     case NPH_POP_B_SPREAD: return channels_of(out, real, a->spread, choice->transport.film_channels, choice->joined) && choice->residuum;
+    case NPH_POP_B_GATHERED: return channels_of(out, real, a->gathered, choice->transport.film_channels, choice->gathered) && choice->vpls > 0;
     case NPH_POP_B_MERGED: return box_of(out, real, a->merged, choice->merged, NPH_POP_CELL);
     default: return box_of(out, real, a->fine, choice->fine, NPH_POP_CELL) && nph_pop_has(s, NPH_POP_UPSAMPLE);
     }

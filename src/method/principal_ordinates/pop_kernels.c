@@ -25,6 +25,7 @@ NPH_KERNEL_DECLARE(void, nph_pop_join_scale, (const void *, const NphPopArrays *
 NPH_KERNEL_DECLARE(void, nph_pop_keep, (const void *, const NphPopArrays *, int, int));
 NPH_KERNEL_DECLARE(void, nph_pop_spread, (const void *, const NphPopArrays *, int, int, int));
 NPH_KERNEL_DECLARE(double, nph_pop_left, (const void *, const NphPopArrays *, int));
+NPH_KERNEL_DECLARE(void, nph_pop_gather, (const void *, const NphPopArrays *, int, int));
 NPH_KERNEL_DECLARE(void, nph_pop_merge, (const void *, const NphPopArrays *, int, int));
 NPH_KERNEL_DECLARE(void, nph_pop_upsample, (const void *, const NphPopArrays *, int, int));
 NPH_KERNEL_DECLARE(void, nph_pop_march, (const void *, const NphPopArrays *, const int *, int64_t, void *, int64_t *));
@@ -52,6 +53,7 @@ void nph_pop_kernels(int precision, NphIsa isa, NphPopKernels *kernels) {
     NPH_KERNEL_PICK(kernels->keep, nph_pop_keep, isa, precision);
     NPH_KERNEL_PICK(kernels->spread, nph_pop_spread, isa, precision);
     NPH_KERNEL_PICK(kernels->left, nph_pop_left, isa, precision);
+    NPH_KERNEL_PICK(kernels->gather, nph_pop_gather, isa, precision);
     NPH_KERNEL_PICK(kernels->merge, nph_pop_merge, isa, precision);
     NPH_KERNEL_PICK(kernels->upsample, nph_pop_upsample, isa, precision);
     NPH_KERNEL_PICK(kernels->march, nph_pop_march, isa, precision);

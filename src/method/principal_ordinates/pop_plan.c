@@ -113,7 +113,7 @@ NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
     nph_transport_choose(scene, job->plan_full, &made.transport);
     NPH_TRY(refuse(job, &made.transport));
     for (int m = 0; m < scene->medium_count; m++) made.medium = made.transport.used[m] ? m : made.medium;
-    for (int a = 0; a < 3; a++) made.flat[a] = made.radial[a] = made.vpl[a] = made.joined[a] = made.merged[a] = made.fine[a] = made.mips[a] = 1;
+    for (int a = 0; a < 3; a++) made.flat[a] = made.radial[a] = made.vpl[a] = made.joined[a] = made.gathered[a] = made.merged[a] = made.fine[a] = made.mips[a] = 1;
     if (made.medium < 0) {
         *choice = made;
         return NPH_OK;
@@ -130,6 +130,8 @@ NphStatus nph_pop_choose(const NphJob *job, NphPopChoice *choice) {
     made.vpl[2] = vpl;
     choose_box(edges, knobs[NPH_POP_KNOB_RESIDUUM_CELLS], made.joined);
     choose_box(edges, knobs[NPH_POP_KNOB_MERGED] * (double)across, made.merged);
+    choose_box(edges, 2.0 * knobs[NPH_POP_KNOB_MERGED] * (double)vpl, made.gathered); /* shells are thinner near the point than in the mean */
+    for (int a = 0; a < 3; a++) made.gathered[a] = made.gathered[a] < made.merged[a] ? made.gathered[a] : made.merged[a];
     choose_level(job, edges, &made);
     int guided = medium->shape == NPH_SHAPE_GRID && knobs[NPH_POP_KNOB_UPSAMPLING] > 0.5;
     for (int a = 0; a < 3; a++) made.fine[a] = guided ? medium->grid.n[a] - 2 : 1;

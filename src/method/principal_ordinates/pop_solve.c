@@ -36,6 +36,7 @@ uint64_t nph_pop_buffer_bytes(const NphPopChoice *choice, int precision, NphPopB
     case NPH_POP_B_POWER: return sizeof(double) * (uint64_t)grids * (uint64_t)choice->channels * NPH_POP_POWERS;
     case NPH_POP_B_RESIDUUM: return 2 * real * film * (uint64_t)nph_pop_cells(choice->joined);
     case NPH_POP_B_SPREAD: return 5 * real * film * (uint64_t)nph_pop_cells(choice->joined); /* and what cells keep */
+    case NPH_POP_B_GATHERED: return choice->vpls > 0 ? real * film * (uint64_t)nph_pop_cells(choice->gathered) : 0;
     case NPH_POP_B_MERGED: return real * NPH_POP_CELL * (uint64_t)nph_pop_cells(choice->merged);
     case NPH_POP_B_FINE: return real * NPH_POP_CELL * (uint64_t)nph_pop_cells(choice->fine);
     default: return 0;
@@ -57,6 +58,7 @@ static NphStatus allocate(NphPopSolver *s) {
         {NPH_POP_B_LIGHT, 1, "light of grids", &a->light},            {NPH_POP_B_COSINE, 1, "mean cosines of grids", &a->cosine},
         {NPH_POP_B_SEEN, 1, "what grids show", &a->seen},             {NPH_POP_B_RESIDUUM, 2, "residuum", &a->residuum[0]},
         {NPH_POP_B_RESIDUUM, 2, "residuum", &a->residuum[1]},         {NPH_POP_B_SPREAD, 5, "spread residuum", &a->spread},
+        {NPH_POP_B_GATHERED, 1, "what virtual points show", &a->gathered},
         {NPH_POP_B_MERGED, 1, "merged grid", &a->merged},             {NPH_POP_B_FINE, 1, "upsampled grid", &a->fine},
     };
     for (size_t i = 0; i < sizeof needed / sizeof *needed; i++) {
@@ -98,7 +100,7 @@ NphStatus nph_pop_solver_open(const NphJob *job, NphPopSolver *solver) {
 void nph_pop_solver_close(NphPopSolver *s) {
     NphContext *context = s->job.context;
     NphPopArrays *a = &s->arrays;
-    void *all[] = {a->rsm,    a->lit,        a->medium, a->importance, a->ordinate, a->density, a->light,  a->cosine, a->seen, a->power, a->residuum[0], a->residuum[1],
+    void *all[] = {a->gathered, a->rsm,    a->lit,        a->medium, a->importance, a->ordinate, a->density, a->light,  a->cosine, a->seen, a->power, a->residuum[0], a->residuum[1],
                    a->spread, a->keep,       a->merged,   a->fine,    s->texels, s->stages, s->scene};
     for (int w = 0; s->scratch && w < s->threads; w++) nph_free(context, s->scratch[w]);
     nph_free(context, s->scratch);
@@ -163,6 +165,12 @@ static NphStatus keep_plane(void *data, int64_t plane, int worker) {
 static NphStatus spread_plane(void *data, int64_t plane, int worker) {
     NphPopSolver *s = data;
     NPH_LAUNCH(&s->stages[worker], NPH_POP_SPREAD, plane_of(s->choice.joined), s->kernels.spread(s->scene, &s->arrays, s->from, (int)plane, (int)plane + 1));
+    return NPH_OK;
+}
+
+static NphStatus gather_plane(void *data, int64_t plane, int worker) {
+    NphPopSolver *s = data;
+    NPH_LAUNCH(&s->stages[worker], NPH_POP_GATHER, plane_of(s->choice.gathered), s->kernels.gather(s->scene, &s->arrays, (int)plane, (int)plane + 1));
     return NPH_OK;
 }
 
@@ -258,6 +266,7 @@ NphStatus nph_pop_step(NphPopSolver *s, NphPopStage stage) {
         return nph_pool_run(context, grids, propagate_block, s, NULL);
     case NPH_POP_JOIN: return join(s);
     case NPH_POP_SPREAD: return spread_once(s);
+    case NPH_POP_GATHER: return nph_pool_run(context, s->choice.gathered[2], gather_plane, s, NULL);
     case NPH_POP_MERGE: return nph_pool_run(context, s->choice.merged[2], merge_plane, s, NULL);
     case NPH_POP_UPSAMPLE: return nph_pool_run(context, s->choice.fine[2], upsample_plane, s, NULL);
     default: return NPH_OK;
@@ -268,7 +277,7 @@ int nph_pop_has(const NphPopSolver *s, NphPopStage stage) {
     const NphPopChoice *choice = &s->choice;
     if (choice->medium < 0 || !choice->lit) return 0;
     if (stage == NPH_POP_IMPORTANCE) return choice->importance;
-    if (stage == NPH_POP_REFLECT || stage == NPH_POP_VPLS) return choice->vpls > 0;
+    if (stage == NPH_POP_REFLECT || stage == NPH_POP_VPLS || stage == NPH_POP_GATHER) return choice->vpls > 0;
     if (stage == NPH_POP_SHADOWS) return choice->shadows > 0;
     if (stage == NPH_POP_JOIN || stage == NPH_POP_SPREAD) return choice->residuum;
     if (stage == NPH_POP_UPSAMPLE) return nph_pop_cells(choice->fine) > 1;

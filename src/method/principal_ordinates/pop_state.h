@@ -32,7 +32,7 @@ typedef struct RPopScene {
     double corner[8][3], side[3][3], middle[3], metres[3]; /* of the medium's box: scene-local; metres per unit of its space */
     double radius, around;       /* of it; within how far of its middle all meshes lie, m */
     Real local_from[12];         /* scene-local from medium space */
-    RPopBox joined, merged, fine;
+    RPopBox joined, gathered, merged, fine;
 } RPopScene;
 
 /* A grid. */
