@@ -229,23 +229,25 @@ START_TEST(upsampling_is_linear_and_heeds_the_guide) {
 }
 END_TEST
 
-/* Rays along the box's axis in steps that do not divide it: J within, 1 behind. */
+/* Rays along the box's axis in steps that do not divide it: J within, 1 behind. Grey, and of three colours. */
 START_TEST(a_ray_collects_what_it_loses) {
     enum { PLANE = NPH_TILE_PIXELS * NPH_CHUNK };
     static double samples[NPH_SAMPLE_FIELDS * PLANE];
+    static const char *const media[] = {CUBE("3", "0.8", "0.3"), CUBE("[3, 1, 6]", "[0.8, 0.5, 1]", "0.3")};
+    static const double extinction[2][3] = {{3.0, 3.0, 3.0}, {3.0, 1.0, 6.0}}, albedo[2][3] = {{0.8, 0.8, 0.8}, {0.8, 0.5, 1.0}};
     Solution s;
     int64_t steps = 0;
-    double T = exp(-3.0);
-    solution_open(&s, SCENE("type: orthographic, resolution: [4, 4], position: [0.5, 0.5, 3], look_at: [0.5, 0.5, 0], up: [0, 1, 0], extent: 0.9", CUBE("3", "0.8", "0.3"), WHITE), 1,
-                  "pop.cells=3 pop.ordinates=2 pop.steps=7 pop.exit=0");
+    solution_open(&s, render_text("nephos: 1\ncamera: {type: orthographic, resolution: [4, 4], position: [0.5, 0.5, 3], look_at: [0.5, 0.5, 0], up: [0, 1, 0], extent: 0.9}\n"
+                                  "media:\n  - {%s}\nlights:\n" WHITE, media[_i]), 1, "pop.cells=3 pop.ordinates=2 pop.steps=7 pop.exit=0");
     solve(&s, NPH_POP_MEDIUM, NPH_POP_MERGE, 0);
     for (int64_t i = 0; i < nph_pop_cells(s.solver.choice.merged) * NPH_POP_CELL; i++) values(s.solver.arrays.merged)[i] = 5.0;
     s.solver.kernels.march(s.solver.scene, &s.solver.arrays, (int[]){0, 0, 4, 4}, 0, samples, &steps);
-    for (int y = 0; y < 4; y++)
-        for (int x = 0; x < 4 * NPH_CHUNK; x++) {
-            const double *out = samples + y * NPH_TILE * NPH_CHUNK + x;
-            ck_assert_double_eq_tol(out[NPH_SAMPLE_T0 * PLANE], T, 1e-12);
-            ck_assert_double_eq_tol(out[NPH_SAMPLE_L0 * PLANE], 0.8 * (1.0 - T) * 5.0 + T, 1e-12);
+    for (int i = 0; i < 4 * 4 * NPH_CHUNK; i++)
+        for (int c = 0; c < 3; c++) {
+            const double *out = samples + i / (4 * NPH_CHUNK) * NPH_TILE * NPH_CHUNK + i % (4 * NPH_CHUNK);
+            double T = exp(-extinction[_i][c]);
+            ck_assert_double_eq_tol(out[(NPH_SAMPLE_T0 + c) * PLANE], T, 1e-12);
+            ck_assert_double_eq_tol(out[(NPH_SAMPLE_L0 + c) * PLANE], albedo[_i][c] * (1.0 - T) * 5.0 + T, 1e-12);
         }
     solution_close(&s);
 }
@@ -397,7 +399,7 @@ static void fill(TCase *cases) {
     tcase_add_test(cases, the_residuum_keeps_power_and_spreads_alike);
     tcase_add_test(cases, merging_keeps_linear_fields);
     tcase_add_test(cases, upsampling_is_linear_and_heeds_the_guide);
-    tcase_add_test(cases, a_ray_collects_what_it_loses);
+    tcase_add_loop_test(cases, a_ray_collects_what_it_loses, 0, 2);
     tcase_add_loop_test(cases, opacities_are_those_of_quadrature, 0, 2);
     tcase_add_test(cases, prefiltering_knows_mean_cosines);
     tcase_add_test(cases, importance_moves_ordinates_and_no_light);

@@ -82,7 +82,7 @@ def work_of(stages, told, seen):
         'pop.spread': [(items['pop.spread'], (3 * (19 + 2), 0, 0, 0))],
         'pop.merge': [(merged * (ORDINATES + 1), lookup), (cells, (0, 0, 0, 4)), (merged, (0, 0, 0, 16))],
         'pop.upsample': [(seen, (3 * 5 + 24 + 8 * (7 + EXP) + 8 * 9, 3 + 1 + 4, 8, 0)), (fine, (0, 0, 0, 20))],
-        'pop.march': [(steps, (65 + 63 + 37 + 84 + 178, 1, 10 + 8, 0)), (rays, (517, 17, 0, 36))],  # to the next step, density, place, mean of eight cells, light
+        'pop.march': [(steps, (65 + 63 + 37 + 84 + 77, 1, 10 + 8, 0)), (rays, (516, 17, 0, 36))],  # to the next step, density, place, mean of eight cells, light
     }
     return {name: sum(often * numpy.array(each, float) for often, each in of) for name, of in parts.items()}
 
