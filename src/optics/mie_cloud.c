@@ -207,12 +207,20 @@ static double change(const double *before, double before_scale, const double *af
     return nph_sqrt(nph_sum_value(sum) / (double)count);
 }
 
+/* Ten times what it changed of the extinction per particle and of 1 - g, relative: resonances narrower than the step add to both what
+ * hardly shows at any one angle. */
+static double change_of_totals(const double before[SUMS], const double after[SUMS]) {
+    double extinction = before[EXTINCTION] / before[NUMBER] / (after[EXTINCTION] / after[NUMBER]) - 1.0;
+    double rest = (1.0 - before[MOMENT] / before[SCATTERING]) / (1.0 - after[MOMENT] / after[SCATTERING]) - 1.0;
+    return 10.0 * (nph_abs(extinction) > nph_abs(rest) ? nph_abs(extinction) : nph_abs(rest));
+}
+
 /* Halves until a halving changes less than the tolerance. values: room for three times the angles. */
 static NphStatus halve(NphContext *context, NphMieCloud *cloud, const NphMieAngles *probe, const char *what, double *values, double sums[SUMS]) {
     double *before = values, *more = values + probe->count, *now = values + 2 * probe->count;
     NPH_TRY(add_up(context, cloud, 0, 1, probe, now, sums));
     while (cloud->request->sizes.kind != NPH_SIZES_SINGLE) {
-        double added[SUMS], old = sums[SCATTERING];
+        double added[SUMS], old[SUMS];
         cloud->step *= 0.5;
         cloud->points = 2 * cloud->points - 1;
         NPH_TRY(add_up(context, cloud, 1, 2, probe, more, added));
@@ -220,8 +228,12 @@ static NphStatus halve(NphContext *context, NphMieCloud *cloud, const NphMieAngl
             before[i] = now[i];
             now[i] += more[i];
         }
-        for (int k = 0; k < SUMS; k++) sums[k] += added[k];
-        cloud->size_error = change(before, 1.0 / old, now, 1.0 / sums[SCATTERING], probe->count);
+        for (int k = 0; k < SUMS; k++) {
+            old[k] = sums[k];
+            sums[k] += added[k];
+        }
+        double angles = change(before, 1.0 / old[SCATTERING], now, 1.0 / sums[SCATTERING], probe->count), totals = change_of_totals(old, sums);
+        cloud->size_error = angles > totals ? angles : totals;
         if (cloud->size_error <= cloud->request->tolerance) break;
         if (2 * cloud->points - 1 <= NPH_MIE_MOST_SIZES) continue;
         char error[NPH_DOUBLE_TEXT];

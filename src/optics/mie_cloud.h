@@ -16,7 +16,7 @@ typedef struct NphMieRequest {
     int wavelength_count;                      /* 1 to NPH_MIE_WAVELENGTHS */
     double wavelength_um[NPH_MIE_WAVELENGTHS]; /* in vacuum */
     double index[NPH_MIE_WAVELENGTHS][2];      /* n, k of the spheres; the surroundings have 1 */
-    double tolerance; /* relative: of the sum over sizes, root mean square over angles, and of the value between angles */
+    double tolerance; /* relative: of the sum over sizes, as size_error below, and of the value between angles */
     int most_angles;  /* 0: NPH_MIE_MOST_ANGLES */
 } NphMieRequest;
 
@@ -30,7 +30,7 @@ typedef struct NphMieCloud {
     const NphMieRequest *request;
     double first, step; /* of ln r */
     int64_t points;
-    double size_error;  /* root mean square over angles of what the last halving changed, relative */
+    double size_error;  /* what the last halving changed, relative: root mean square over angles, or ten times of extinction and 1 - g */
     double weight_sum;
     NphMieTotals totals;
 } NphMieCloud;
