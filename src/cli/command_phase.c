@@ -5,7 +5,7 @@
 
 #include "cli/command.h"
 #include "cli/facts.h"
-#include "cli/phase_table.h"
+#include "cli/phase_columns.h"
 #include "cli/session.h"
 #include "core/fmath.h"
 #include "core/memory.h"

@@ -5,7 +5,7 @@
  * of the projected area. Right where crystals are much larger than the wavelength; beams do not interfere.
  *
  * tilt > 0 makes facets rough: each time a ray meets one, its normal is turned by a random angle, evenly spread up to tilt times 90
- * degrees, about a random axis [Macke96, sec. 2b]. That is what stands for irregular crystals and for snow. */
+ * degrees, about a random axis [Macke96]. That is what stands for irregular crystals and for snow. */
 #ifndef NPH_OPTICS_CRYSTAL_H
 #define NPH_OPTICS_CRYSTAL_H
 

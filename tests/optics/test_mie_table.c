@@ -11,6 +11,7 @@
 
 #include "core/memory.h"
 #include "harness.h"
+#include "io/phase_rows.h"
 #include "optics/index.h"
 #include "optics/legendre.h"
 
@@ -62,6 +63,48 @@ START_TEST(moments_of_haze_l_and_cloud_c1_are_those_in_print) {
         nph_phase_free(context, &phase);
         nph_mie_table_free(context, &table);
     }
+    nph_test_context_close(context);
+}
+END_TEST
+
+/* Their table is the sum of 300 moments of 5 digits: rounded by 3e-6 each, they leave some 0.002 of 4 pi p, which falls to 0.027. */
+START_TEST(the_c1_cloud_of_the_i3rc_comes_out) {
+    NphContext *context = nph_test_context(0);
+    NphMieRequest request = request_of((NphSizes){NPH_SIZES_MODIFIED_GAMMA, 4, 0, 6, 1}, 0.7, 1.33, 0, 0.004);
+    NphMieTable table = table_of(context, &request);
+    NphPhase ours, theirs;
+    NphArray rows;
+    double square = 0, worst = 0;
+    ck_assert_int_eq(nph_phase_rows_read(context, nph_test_path("reference/data/gpl/c1_phase.txt"), &rows), NPH_OK);
+    ck_assert_int_eq(nph_phase_tabulate(context, &rows, "theirs", &theirs), NPH_OK);
+    ck_assert_int_eq(nph_phase_tabulate(context, &table.rows, "ours", &ours), NPH_OK);
+    for (int i = 0; i <= 1800; i++) {
+        double c = cos(i * PI / 1800), off = nph_phase_value(&ours, c) / nph_phase_value(&theirs, c) - 1;
+        square += off * off;
+        worst = fmax(worst, fabs(off));
+    }
+    printf("    root mean square over 1801 angles %.2g, at most %.2g; peak %.6g, theirs %.6g\n", sqrt(square / 1801), worst, 4 * PI * nph_phase_value(&ours, 1),
+           4 * PI * nph_phase_value(&theirs, 1));
+    ck_assert(sqrt(square / 1801) < 0.01 && worst < 0.06);
+    nph_phase_free(context, &ours);
+    nph_phase_free(context, &theirs);
+    nph_array_free(context, &rows);
+    nph_mie_table_free(context, &table);
+    nph_test_context_close(context);
+}
+END_TEST
+
+/* OPAC's soot at 0.55 um, median radius 0.0118 um, spread 2: albedo 0.20889, asymmetry 0.33663 in its tables [Hess98]. */
+START_TEST(opacs_soot_comes_out) {
+    NphContext *context = nph_test_context(0);
+    double index[2];
+    ck_assert(nph_index_at(NPH_SOOT, 0.55, index));
+    NphMieRequest request = request_of((NphSizes){NPH_SIZES_LOGNORMAL, 0.0118, 2, 0, 0}, 0.55, index[0], index[1], 1e-3);
+    NphMieTable table = table_of(context, &request);
+    double albedo = table.totals.scattering_um2 / table.totals.extinction_um2;
+    printf("    albedo %.5f, asymmetry %.5f\n", albedo, table.totals.asymmetry);
+    ck_assert(fabs(albedo - 0.20889) < 3e-4 && fabs(table.totals.asymmetry - 0.33663) < 1e-4);
+    nph_mie_table_free(context, &table);
     nph_test_context_close(context);
 }
 END_TEST
@@ -222,6 +265,8 @@ END_TEST
 static void fill(TCase *tcase) {
     tcase_set_timeout(tcase, 300);
     tcase_add_test(tcase, moments_of_haze_l_and_cloud_c1_are_those_in_print);
+    tcase_add_test(tcase, the_c1_cloud_of_the_i3rc_comes_out);
+    tcase_add_test(tcase, opacs_soot_comes_out);
     tcase_add_test(tcase, between_rows_the_tolerance_holds);
     tcase_add_test(tcase, a_table_is_the_same_for_any_threads_and_vectors);
     tcase_add_test(tcase, moments_of_the_sizes_are_closed_forms);

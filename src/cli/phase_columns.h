@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Phase functions side by side over one list of angles, and what of them is written to files. */
-#ifndef NPH_CLI_PHASE_TABLE_H
-#define NPH_CLI_PHASE_TABLE_H
+#ifndef NPH_CLI_PHASE_COLUMNS_H
+#define NPH_CLI_PHASE_COLUMNS_H
 
 #include "cli/chart.h"
 #include "nephos/array.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * See phase_table.h. Text is what scenes read (one column); code holds the same numbers as arrays of single precision. */
-#include "cli/phase_table.h"
+ * See phase_columns.h. Text is what scenes read (one column); code holds the same numbers as arrays of single precision. */
+#include "cli/phase_columns.h"
 
 #include <ctype.h>
 #include <stdlib.h>
