@@ -136,8 +136,9 @@ static NphStatus draw(NphContext *context, const Chart *chart, Page *page) {
     draw_axes(chart, &scale, page);
     for (int c = 0; c < chart->count; c++) NPH_TRY(draw_curve(context, chart, &scale, &chart->curves[c], page));
     int every = (chart->count + NAMES - 1) / NAMES;
+    double y = TOP;
     for (int c = 0; c < chart->count && chart->count > 1; c += every)
-        page_text(page, page->width - RIGHT - 8.0, TOP + 22.0 * (c / every + 1), PAGE_RIGHT, chart->curves[c].name, chart->curves[c].rgb);
+        page_text(page, page->width - RIGHT - 8.0, y += 22.0, PAGE_RIGHT, chart->curves[c].name, chart->curves[c].rgb);
     page_end(page);
     return NPH_OK;
 }

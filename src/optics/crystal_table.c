@@ -38,7 +38,8 @@ static double bessel_over_z(double z) {
 static void projected_areas(const NphCrystal *crystal, double area[DIRECTIONS]) {
     double cap = 1.5 * nph_sqrt(3.0) * crystal->edge_um * crystal->edge_um, side = crystal->edge_um * crystal->length_um;
     for (int i = 0; i < DIRECTIONS; i++) {
-        double z = ((double)(i / AROUND) + 0.5) / POLAR, turn = ((double)(i % AROUND) + 0.5) / (12.0 * AROUND), sides = 0.0;
+        int polar = i / AROUND, around = i % AROUND;
+        double z = ((double)polar + 0.5) / POLAR, turn = ((double)around + 0.5) / (12.0 * AROUND), sides = 0.0;
         for (int k = -1; k <= 1; k++) {
             double sine, cosine;
             nph_sincos2pi(turn + (double)k / 6.0, &sine, &cosine);

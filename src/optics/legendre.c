@@ -13,80 +13,43 @@
 
 static const double PI = 3.14159265358979323846;
 
-/* At one x of a list: P_l, d_{l+1}, and I1 of three orders, l - 1, l, l + 1. */
+/* At one x: P_l, d_{l+1}, and I1 of three orders, l - 1, l, l + 1. */
 typedef struct Ladder {
-    int count;
-    const double *x;
-    double *p, *d, *i1[3];
+    double x, p, d, i1[3];
 } Ladder;
 
-static NphStatus ladder_new(NphContext *context, const double *x, int count, const char *what, Ladder *ladder) {
-    double *block = NULL;
-    NPH_TRY(NPH_NEW(context, 5 * (int64_t)count, what, &block));
-    *ladder = (Ladder){count, x, block, block + count, {block + 2 * (int64_t)count, block + 3 * (int64_t)count, block + 4 * (int64_t)count}};
-    return NPH_OK;
-}
-
 /* l = 0: I1_{-1} is not needed, I1_0 = x, I1_1 = (P_0 - P_2) / 3 = x - x^2 / 2. */
-static void ladder_begin(Ladder *s) {
-    for (int k = 0; k < s->count; k++) {
-        double x = s->x[k];
-        s->p[k] = 1.0;
-        s->d[k] = -x;
-        s->i1[0][k] = 0.0;
-        s->i1[1][k] = x;
-        s->i1[2][k] = x - 0.5 * x * x;
-    }
-}
+static Ladder ladder_at(double x) { return (Ladder){x, 1.0, -x, {0.0, x, x - 0.5 * x * x}}; }
 
-/* From l to l + 1; fills I1_{l+2} = -(d_{l+2} + d_{l+3}) / (2l + 5). */
-static void ladder_step(Ladder *s, int l) {
-    double *swap = s->i1[0], *restrict out, *restrict p = s->p, *restrict d = s->d;
-    const double *restrict x = s->x;
-    double a = l + 1, b = l + 2, c = l + 3, scale = 1.0 / (2.0 * l + 5.0);
+/* From l to l + 1; I1_{l+2} = -(d_{l+2} + d_{l+3}) / (2l + 5). */
+static inline void ladder_step(Ladder *s, double l) {
+    double p1 = s->p + s->d, d2 = ((l + 1.0) * s->d - (2.0 * l + 3.0) * s->x * p1) / (l + 2.0), p2 = p1 + d2;
+    double d3 = ((l + 2.0) * d2 - (2.0 * l + 5.0) * s->x * p2) / (l + 3.0);
     s->i1[0] = s->i1[1];
     s->i1[1] = s->i1[2];
-    s->i1[2] = out = swap;
-    for (int k = 0; k < s->count; k++) {
-        double p1 = p[k] + d[k], d2 = (a * d[k] - (2.0 * a + 1.0) * x[k] * p1) / b, p2 = p1 + d2;
-        double d3 = (b * d2 - (2.0 * b + 1.0) * x[k] * p2) / c;
-        out[k] = -(d2 + d3) * scale;
-        p[k] = p1;
-        d[k] = d2;
+    s->i1[2] = -(d2 + d3) / (2.0 * l + 5.0);
+    s->p = p1;
+    s->d = d2;
+}
+
+static inline double ladder_i2(const Ladder *s, int l) {
+    return l > 0 ? (s->i1[0] - s->i1[2]) / (2.0 * l + 1.0) : 0.5 * s->x * s->x;
+}
+
+/* One line of a half, and of the last one its end at x = 1; P_l is odd or even: seen from behind it has the sign of (-1)^l. */
+static void add_line(const NphPhaseHalf *half, int line, int back, int count, double *moment) {
+    Ladder low = ladder_at(half->x[line]), high = ladder_at(half->x[line + 1]);
+    double slope = (half->value[line + 1] - half->value[line]) / (half->x[line + 1] - half->x[line]);
+    double end = line + 1 == half->count ? half->value[half->count] : 0.0;
+    for (int l = 0; l < count; l++) {
+        double part = 2.0 * PI * (end * high.i1[1] - slope * (ladder_i2(&high, l) - ladder_i2(&low, l)));
+        moment[l] += back && l & 1 ? -part : part;
+        ladder_step(&low, l);
+        ladder_step(&high, l);
     }
 }
 
-/* int_0^1 p P_l dx */
-static double half_moment(const Ladder *s, const NphPhaseHalf *half, int l) {
-    NphSum sum = {0.0, 0.0};
-    double before = 0.0;
-    nph_sum_add(&sum, half->value[half->count] * s->i1[1][half->count]);
-    for (int k = 0; k <= half->count; k++) {
-        double now = l > 0 ? (s->i1[0][k] - s->i1[2][k]) / (2.0 * l + 1.0) : 0.5 * s->x[k] * s->x[k];
-        double slope = k > 0 ? (half->value[k] - half->value[k - 1]) / (half->x[k] - half->x[k - 1]) : 0.0;
-        nph_sum_add(&sum, -slope * (now - before));
-        before = now;
-    }
-    return nph_sum_value(sum);
-}
-
-static NphStatus table_moments(NphContext *context, const NphPhaseTable *table, int count, double *moment) {
-    Ladder ladder[2] = {{0}, {0}};
-    NphStatus status = NPH_OK;
-    for (int h = 0; h < 2 && status == NPH_OK; h++) {
-        status = ladder_new(context, table->half[h].x, table->half[h].count + 1, "moments", &ladder[h]);
-        if (status == NPH_OK) ladder_begin(&ladder[h]);
-    }
-    for (int l = 0; l < count && status == NPH_OK; l++) {
-        double front = half_moment(&ladder[0], &table->half[0], l), back = half_moment(&ladder[1], &table->half[1], l);
-        moment[l] = 2.0 * PI * (l & 1 ? front - back : front + back);
-        for (int h = 0; h < 2; h++) ladder_step(&ladder[h], l);
-        if (l % 256 == 0 && nph_interrupted(context)) status = NPH_INTERRUPTED;
-    }
-    for (int h = 0; h < 2; h++) nph_free(context, ladder[h].p);
-    return status;
-}
-
+/* base^n. */
 static double whole_power(double base, int n) {
     double result = 1.0;
     for (; n > 0; n >>= 1, base *= base)
@@ -107,28 +70,31 @@ static double draine_moment(const NphPhase *phase, int l) {
     return (whole_power(g, l) + phase->alpha * square) / (1.0 + phase->alpha * (1.0 + 2.0 * g * g) / 3.0);
 }
 
-NphStatus nph_phase_moments(NphContext *context, const NphPhase *phase, int count, double *moment) {
-    if (phase->kind == NPH_PHASE_TABULATED) return table_moments(context, phase->table, count, moment);
+void nph_phase_moments(const NphPhase *phase, int count, double *moment) {
+    double first = 1.0, second = 1.0, weight = phase->kind == NPH_PHASE_TWO_LOBE ? phase->weight : 1.0;
     for (int l = 0; l < count; l++) {
-        double first = whole_power(phase->g[0], l), second = whole_power(phase->g[1], l);
         moment[l] = l == 0 ? 1.0 : 0.0;
-        if (phase->kind == NPH_PHASE_HG) moment[l] = first;
-        if (phase->kind == NPH_PHASE_TWO_LOBE) moment[l] = phase->weight * first + (1.0 - phase->weight) * second;
+        if (phase->kind == NPH_PHASE_HG || phase->kind == NPH_PHASE_TWO_LOBE) moment[l] = weight * first + (1.0 - weight) * second;
         if (phase->kind == NPH_PHASE_RAYLEIGH && l == 2) moment[l] = 0.1;
         if (phase->kind == NPH_PHASE_DRAINE) moment[l] = draine_moment(phase, l);
+        first *= phase->g[0];
+        second *= phase->g[1];
     }
-    return NPH_OK;
+    if (phase->kind != NPH_PHASE_TABULATED) return;
+    for (int h = 0; h < 2; h++)
+        for (int i = 0; i < phase->table->half[h].count; i++) add_line(&phase->table->half[h], i, h, count, moment);
+    moment[0] = 1.0;
 }
 
 NphStatus nph_phase_all_moments(NphContext *context, const NphPhase *phase, double least, int *count, double **moment) {
     double *found = NULL;
     for (int most = 256;; most *= 2) {
-        NphStatus status = nph_realloc(context, (size_t)most, sizeof *found, "moments", (void **)&found);
-        if (status == NPH_OK) status = nph_phase_moments(context, phase, most, found);
+        NphStatus status = nph_interrupted(context) ? NPH_INTERRUPTED : nph_realloc(context, (size_t)most, sizeof *found, "moments", (void **)&found);
         if (status != NPH_OK) {
             nph_free(context, found);
             return status;
         }
+        nph_phase_moments(phase, most, found);
         int last = most - 1;
         while (last > 0 && nph_abs(found[last]) < least) last--;
         if (2 * last > most && most < NPH_MOST_MOMENTS) continue;

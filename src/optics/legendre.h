@@ -10,8 +10,8 @@
 
 enum { NPH_MOST_MOMENTS = 1 << 17, NPH_MOST_CONVOLUTIONS = 1024 };
 
-/* moment[0 .. count - 1]. Closed forms; of a table the exact integrals of its straight lines, off by some 1e-15 times its peak. */
-NphStatus nph_phase_moments(NphContext *context, const NphPhase *phase, int count, double *moment);
+/* moment[0 .. count - 1]. Closed forms; of a table the integrals of its straight lines, exact but for rounding. */
+void nph_phase_moments(const NphPhase *phase, int count, double *moment);
 
 /* How many moments give the function back: from there on, over as many again, they lie below `least`; at most NPH_MOST_MOMENTS.
  * *moment: owned, freed with nph_free. */

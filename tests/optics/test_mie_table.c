@@ -46,7 +46,7 @@ START_TEST(moments_of_haze_l_and_cloud_c1_are_those_in_print) {
         char line[256];
         int rows = 0;
         ck_assert_int_eq(nph_phase_tabulate(context, &table.rows, "spheres", &phase), NPH_OK);
-        ck_assert_int_eq(nph_phase_moments(context, &phase, 300, moment), NPH_OK);
+        nph_phase_moments(&phase, 300, moment);
         FILE *file = fopen(nph_test_path("reference/tables/phase_moments_GS1985.csv"), "r");
         ck_assert(file != NULL);
         while (fgets(line, sizeof line, file)) {
