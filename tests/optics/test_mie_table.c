@@ -231,6 +231,43 @@ START_TEST(what_is_out_of_range_is_named) {
 }
 END_TEST
 
+/* Spheres, moments and two scatterings with the n-th allocation failing, for every n: told as that, and nothing is left. */
+static NphStatus all_of_it(NphContext *context) {
+    NphMieRequest request = request_of((NphSizes){NPH_SIZES_LOGNORMAL, 0.2, 1.2, 0, 0}, 0.55, 1.4, 0.01, 0.05);
+    NphMieTable table = {.rows = {.rank = 0}};
+    NphPhase phase = {.kind = NPH_PHASE_ISOTROPIC};
+    NphConvolutions made = {.count = 0};
+    double *moment = NULL;
+    int count = 0;
+    NphStatus status = nph_mie_table(context, &request, "spheres", &table);
+    if (status == NPH_OK) status = nph_phase_tabulate(context, &table.rows, "spheres", &phase);
+    if (status == NPH_OK) status = nph_phase_all_moments(context, &phase, 1e-4, &count, &moment);
+    if (status == NPH_OK) status = nph_phase_convolve(context, count, moment, 2, "spheres", &made);
+    nph_convolutions_free(context, &made);
+    nph_free(context, moment);
+    nph_phase_free(context, &phase);
+    nph_mie_table_free(context, &table);
+    return status;
+}
+
+START_TEST(running_out_of_memory_leaves_nothing_behind) {
+    NphSettings settings;
+    nph_settings_default(&settings);
+    settings.threads = 2;
+    for (settings.fail_allocation = 1;; settings.fail_allocation++) {
+        NphContext *context = NULL;
+        if (nph_context_open(&context, &settings) != NPH_OK) continue;
+        NphStatus status = all_of_it(context);
+        int done = nph_context_allocations(context) < settings.fail_allocation;
+        ck_assert_int_eq(status, done ? NPH_OK : NPH_NO_MEMORY);
+        ck_assert_uint_eq(nph_context_bytes(context), 0);
+        nph_context_close(context);
+        if (done) break;
+    }
+    ck_assert_uint_ge(settings.fail_allocation, 40);
+}
+END_TEST
+
 /* Every row of the files lies on the tables, halfway between two n is their mean of logarithms, beyond the ends there is nothing. */
 START_TEST(refractive_indices_are_those_of_their_files) {
     static const char *const files[] = {"reference/data/optics/segelstein81_index.txt", "reference/data/optics/IOP_2008_ASCIItable.dat",
@@ -271,6 +308,7 @@ static void fill(TCase *tcase) {
     tcase_add_test(tcase, a_table_is_the_same_for_any_threads_and_vectors);
     tcase_add_test(tcase, moments_of_the_sizes_are_closed_forms);
     tcase_add_test(tcase, what_is_out_of_range_is_named);
+    tcase_add_test(tcase, running_out_of_memory_leaves_nothing_behind);
     tcase_add_test(tcase, refractive_indices_are_those_of_their_files);
 }
 
