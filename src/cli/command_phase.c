@@ -342,6 +342,7 @@ static NphStatus compute(PhaseCommand *command) {
     facts_text(&command->facts, "phase_function", command->title);
     NphStatus status = make_columns(command);
     if (status == NPH_OK) status = make_times(command);
+    for (int c = 0; c < command->columns.count && status == NPH_OK; c++) command->columns.forward[c] = forward_part(&command->columns.phases[c]);
     if (status == NPH_OK) status = write_files(command);
     phase_columns_free(command->session.context, &command->columns);
     return facts_finish(&command->facts, status);

@@ -135,6 +135,17 @@ static void write_array(FILE *out, const NphArray *rows, int64_t column, const c
     fputs(close, out);
 }
 
+/* What of each column is scattered forwards. */
+static void write_forward(FILE *out, const PhaseColumns *columns, int kind, const char *name) {
+    int count = columns->count;
+    fputs("// part of each in front of 90 degrees\n", out);
+    if (kind == C_HEADER) fprintf(out, "static const float %s_forward[%d] = {", name, count);
+    if (kind == GLSL) fprintf(out, "const float %s_forward[%d] = float[%d](", name, count, count);
+    if (kind == WGSL) fprintf(out, "const %s_forward = array<f32, %d>(", name, count);
+    for (int c = 0; c < count; c++) fprintf(out, "%s%.9f%s", c ? ", " : "", columns->forward[c], kind == C_HEADER ? "f" : "");
+    fputs(kind == C_HEADER ? "};\n" : ");\n", out);
+}
+
 static void write_code(FILE *out, const PhaseColumns *columns, const NphArray *rows, int kind, const char *path) {
     char name[64];
     long long count = (long long)rows->shape[0];
@@ -153,6 +164,7 @@ static void write_code(FILE *out, const PhaseColumns *columns, const NphArray *r
         if (kind == WGSL) fprintf(out, "const %s_%s = array<f32, %lld>(\n    ", name, what, count);
         write_array(out, rows, c, kind == C_HEADER ? "};\n" : ");\n");
     }
+    write_forward(out, columns, kind, name);
     if (kind == C_HEADER) fputs("\n#endif\n", out);
 }
 

@@ -14,6 +14,7 @@ typedef struct PhaseColumns {
     char names[CHART_MOST_CURVES][48];            /* "550 nm", "2 scatterings" */
     uint8_t rgb[CHART_MOST_CURVES][3];
     NphPhase phases[CHART_MOST_CURVES];           /* owned */
+    double forward[CHART_MOST_CURVES];            /* the part in front of 90 degrees, F of [Riley04 eq. 23] */
 } PhaseColumns;
 
 void phase_columns_free(NphContext *context, PhaseColumns *columns);

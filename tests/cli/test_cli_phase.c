@@ -97,6 +97,23 @@ START_TEST(rows_can_be_evenly_spaced_and_columns_stand_side_by_side) {
 }
 END_TEST
 
+/* F of Henyey and Greenstein's function of g^n [Riley04 eq. 23]. */
+START_TEST(code_holds_what_is_scattered_forwards) {
+    enum { TIMES = 5 };
+    static const char *const opens[] = {"f_forward[5] = {", "f_forward[5] = float[5](", "f_forward = array<f32, 5>("};
+    const char *paths[] = {file_of("f.h"), file_of("f.glsl"), file_of("f.wgsl")};
+    RUN_EXPECT(0, "phase", "hg", "--g", "0.8", "--times", "5", "--rows", "91", "-o", paths[0], "-o", paths[1], "-o", paths[2]);
+    for (int k = 0; k < 3; k++) {
+        double forward[TIMES + 1];
+        ck_assert_int_eq(numbers_of(paths[k], opens[k], forward, TIMES + 1), TIMES);
+        for (int n = 1; n <= TIMES; n++) {
+            double g = pow(0.8, n), truth = (1 - g * g) / (2 * g) * (1 / (1 - g) - 1 / sqrt(1 + g * g));
+            ck_assert_msg(fabs(forward[n - 1] - truth) < 2e-6, "after %d: %.9f, not %.9f", n, forward[n - 1], truth);
+        }
+    }
+}
+END_TEST
+
 START_TEST(charts_and_tables_are_the_same_for_any_threads) {
     static const char *const plots[] = {"log", "linear", "polar"};
     const char *first[2] = {file_of("c1.svg"), file_of("c1.png")}, *second[2] = {file_of("c2.svg"), file_of("c2.png")};
@@ -135,6 +152,7 @@ static void fill(TCase *tcase) {
     tcase_add_test(tcase, spheres_are_told_with_efficiencies_and_albedo);
     tcase_add_test(tcase, every_form_of_a_table_holds_the_same_numbers);
     tcase_add_test(tcase, rows_can_be_evenly_spaced_and_columns_stand_side_by_side);
+    tcase_add_test(tcase, code_holds_what_is_scattered_forwards);
     tcase_add_test(tcase, charts_and_tables_are_the_same_for_any_threads);
     tcase_add_test(tcase, what_cannot_be_computed_or_written_is_named);
 }
