@@ -150,7 +150,7 @@ static void write_code(FILE *out, const PhaseColumns *columns, const NphArray *r
     char name[64];
     long long count = (long long)rows->shape[0];
     code_name(path, name);
-    fprintf(out, "// %s\n// Scattering angles in degrees and values in 1/sr, linear in the cosine between them; the integral over the sphere is 1.\n",
+    fprintf(out, "// %s\n// Scattering angles in degrees and values in 1/sr, linear in the cosine between them.\n",
             columns->title);
     if (kind == C_HEADER) fprintf(out, "#ifndef %s_h\n#define %s_h\n\nenum { %s_count = %lld };\n\n", name, name, name, count);
     if (kind == GLSL) fprintf(out, "const int %s_count = %lld;\n\n", name, count);

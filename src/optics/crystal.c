@@ -27,6 +27,7 @@ typedef struct Tracing {
     double reach;       /* radius of the sphere around it */
     double per_um;      /* absorption along a path inside */
     double *slots;      /* [blocks][SLOTS] */
+    int64_t begin;      /* the first block that is run */
 } Tracing;
 
 typedef struct Ray {
@@ -275,10 +276,23 @@ static void trace_ray(const Tracing *work, int64_t number, double *slots) {
     trace_inside(work, &ray, first, slots);
 }
 
-static NphStatus trace_block(void *data, int64_t block, int worker) {
+static NphStatus trace_block(void *data, int64_t number, int worker) {
     (void)worker;
     const Tracing *work = data;
+    int64_t block = work->begin + number;
     for (int64_t i = 0; i < NPH_CRYSTAL_BLOCK; i++) trace_ray(work, block * NPH_CRYSTAL_BLOCK + i, work->slots + block * SLOTS);
+    return NPH_OK;
+}
+
+static NphStatus trace_blocks(NphContext *context, Tracing *work, int64_t blocks) {
+    int64_t slice = (blocks + 63) / 64;
+    double start = nph_seconds();
+    for (; work->begin < blocks; work->begin += slice) {
+        double done = (double)work->begin, elapsed = nph_seconds() - start;
+        nph_progress(context, "tracing rays in crystals", done, (double)blocks, done > 0.0 ? elapsed * ((double)blocks - done) / done : -1.0);
+        NPH_TRY(nph_pool_run(context, work->begin + slice < blocks ? slice : blocks - work->begin, trace_block, work, NULL));
+    }
+    nph_progress(context, "tracing rays in crystals", (double)blocks, (double)blocks, 0.0);
     return NPH_OK;
 }
 
@@ -333,7 +347,7 @@ NphStatus nph_crystal_trace(NphContext *context, const NphCrystal *crystal, cons
     Tracing work = {.crystal = crystal};
     place_facets(&work);
     NPH_TRY(NPH_NEW(context, blocks * SLOTS, what, &work.slots));
-    NphStatus status = nph_pool_run(context, blocks, trace_block, &work, NULL);
+    NphStatus status = trace_blocks(context, &work, blocks);
     if (status == NPH_OK) gather(&work, blocks, rays);
     nph_free(context, work.slots);
     return status;

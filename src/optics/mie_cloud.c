@@ -23,6 +23,7 @@ static const double PI = 3.14159265358979323846, LEAST = 1e-7;
 typedef struct Sum {
     const NphMieCloud *cloud;
     int64_t skip, stride, spheres;
+    int64_t begin;         /* the first block that is run */
     int64_t tiles, groups; /* of angles: NPH_MIE_LANES to a tile, TILES_PER_BLOCK tiles to a group */
     double *distance;      /* padded to whole tiles; forward ones first */
     int64_t front_tiles;
@@ -74,8 +75,9 @@ static void add_totals(const NphMieSphere *sphere, const NphMieTerms *terms, dou
     sums[NUMBER] = weight;
 }
 
-static NphStatus sum_block(void *data, int64_t block, int worker) {
+static NphStatus sum_block(void *data, int64_t number, int worker) {
     Sum *sum = data;
+    int64_t block = sum->begin + number;
     const NphMieCloud *cloud = sum->cloud;
     int wavelengths = cloud->request->wavelength_count;
     int64_t group = block % sum->groups, first = block / sum->groups * SPHERES_PER_BLOCK, end = first + SPHERES_PER_BLOCK;
@@ -99,6 +101,17 @@ static NphStatus sum_block(void *data, int64_t block, int worker) {
             sum->kernel(&tile);
         }
     }
+    return NPH_OK;
+}
+
+/* All blocks, a sixteenth of them at a time: large spheres take minutes. */
+static NphStatus sum_blocks(NphContext *context, Sum *sum, int64_t blocks) {
+    int64_t slice = (blocks + 15) / 16;
+    for (; sum->begin < blocks; sum->begin += slice) {
+        nph_progress(context, "summing over sizes", (double)sum->begin, (double)blocks, -1.0);
+        NPH_TRY(nph_pool_run(context, sum->begin + slice < blocks ? slice : blocks - sum->begin, sum_block, sum, NULL));
+    }
+    nph_progress(context, "summing over sizes", (double)blocks, (double)blocks, -1.0);
     return NPH_OK;
 }
 
@@ -154,7 +167,7 @@ static NphStatus add_up(NphContext *context, const NphMieCloud *cloud, int64_t s
     int64_t blocks = (sum.spheres + SPHERES_PER_BLOCK - 1) / SPHERES_PER_BLOCK, *place = NULL;
     NPH_KERNEL_PICK(sum.kernel, nph_mie_tile, nph_context_isa(context), 64);
     NphStatus status = allocate(context, &sum, blocks, angles, totals != NULL, &place);
-    if (status == NPH_OK) status = nph_pool_run(context, blocks * sum.groups, sum_block, &sum, NULL);
+    if (status == NPH_OK) status = sum_blocks(context, &sum, blocks * sum.groups);
     if (status == NPH_OK) fold(&sum, blocks, angles, place, value, totals);
     nph_free(context, sum.scratch);
     nph_free(context, sum.sums);
