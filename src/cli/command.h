@@ -26,6 +26,6 @@ int command_begin(const Command *command, const OptionTable *table, int argc, ch
 void altered_replace(char **line);
 
 extern const Command command_render, command_plan, command_info, command_compare, command_merge, command_bench, command_verify,
-    command_stage, command_batch, command_diagnose, command_tolerance;
+    command_stage, command_batch, command_phase, command_diagnose, command_tolerance;
 
 #endif

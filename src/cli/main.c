@@ -11,6 +11,7 @@
 static const Command *const commands[] = {&command_render,  &command_plan,  &command_info,
                                           &command_compare, &command_merge, &command_bench,
                                           &command_verify,  &command_stage, &command_batch,
+                                          &command_phase,
 #ifdef NPH_HAVE_ALTERED
                                           &command_diagnose, &command_tolerance
 #endif

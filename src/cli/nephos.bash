@@ -15,6 +15,10 @@ _nephos()
     --plan) mapfile -t COMPREPLY < <(compgen -W "full" -- "$word"); return ;;
     --method) mapfile -t COMPREPLY < <(compgen -W "path light single photonmap shdom temporal_photons principal_ordinates" -- "$word"); return ;;
     --interface) mapfile -t COMPREPLY < <(compgen -W "opencl cuda cuda_fast vulkan webgpu" -- "$word"); return ;;
+    --plot) mapfile -t COMPREPLY < <(compgen -W "log linear polar" -- "$word"); return ;;
+    --particle) mapfile -t COMPREPLY < <(compgen -W "water ice soot" -- "$word"); return ;;
+    --sizes) mapfile -t COMPREPLY < <(compgen -W "single lognormal gamma modified_gamma" -- "$word"); return ;;
+    phase) mapfile -t COMPREPLY < <(compgen -fW "mie ice snow isotropic hg two_lobe rayleigh draine" -- "$word"); return ;;
     --flip) mapfile -t COMPREPLY < <(compgen -W "hdr ldr" -- "$word"); return ;;
     --show) mapfile -t COMPREPLY < <(compgen -W "$("$program" diagnose --list 2>/dev/null | awk '{print $2}')" -- "$word"); return ;;
     esac

@@ -214,6 +214,7 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
     NPH_TRY(nph_scene_find_unmodelled(reader));
     for (int i = 0; i < scene->medium_count; i++) {
         const NphSceneFile *file = &reader->phases[i];
+        NPH_TRY(nph_scene_load_mie(reader, i));
         if (!file->path) continue;
         NphStatus status = load_phase(reader->context, file, &scene->media[i].phase);
         NPH_TRY(nph_scene_note(reader, file, "table of a phase function", status));

@@ -2,7 +2,9 @@
  *
  * Every key of a scene file. After a change run the test scene_docs with NEPHOS_UPDATE_DOCS=1 to renew docs/scene.md
  * and docs/scene.schema.json. */
+#include "optics/index.h"
 #include "optics/phase.h"
+#include "optics/sizes.h"
 #include "scene/scene_keys.h"
 
 #define FAR_M 1e12       /* coordinates: beyond, an f64 cannot tell a tenth of a millimetre */
@@ -12,7 +14,7 @@
 
 #define EMISSIONS "volume|blackbody"
 #define CAMERAS "perspective|orthographic|flux|fisheye|fluence|radiance"
-#define PHASES "isotropic|hg|two_lobe|rayleigh|draine|tabulated"
+#define PHASES "isotropic|hg|two_lobe|rayleigh|draine|tabulated|mie" /* in the order of NphPhaseKind; mie becomes a table */
 #define LIGHTS "sun|constant|environment|point"
 #define AIRS "exponential|table"
 
@@ -51,8 +53,9 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "Rotation about an axis through the origin, by the right-hand rule: about z, from +x towards +y."},
     {"phase", "a phase function", "type", PHASES,
      "How light is scattered. Left out: isotropic. Positive g is forward. hg is Henyey and Greenstein's function; "
-     "two_lobe is weight * hg(g) + (1 - weight) * hg(g2); draine is hg(g) * (1 + alpha cos^2), normalised. All channels "
-     "share one phase function."},
+     "two_lobe is weight * hg(g) + (1 - weight) * hg(g2); draine is hg(g) * (1 + alpha cos^2), normalised. mie is that of "
+     "spheres, computed when the scene is loaded: see optics.md; extinction and albedo stay what the medium says. All channels "
+     "share one phase function; of several wavelengths it is the mean, weighted by scattering."},
     {"light", "a light", "type", LIGHTS,
      "Directions point from the scene towards the light; azimuth counts from +x towards +y. In the middle of an "
      "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y."},
@@ -198,6 +201,21 @@ const NphSceneKey nph_scene_keys[] = {
     {"phase", "file", NPH_KEY_FILE, 1, 4095, "", NULL, REQUIRED, "tabulated",
      "Text with a row per angle: degrees, rising from 0 to 180, and a value of at least 0 at any scale; `#` starts a "
      "comment. Linear in the cosine between rows, normalised."},
+    {"phase", "particle", NPH_KEY_WORD, 0, 0, "", NPH_MATERIAL_WORDS "|other", REQUIRED, "mie", "What the spheres are made of; other: of n and k."},
+    {"phase", "n", NPH_KEY_NUMBER, 0.01, 100, "", NULL, NULL, "mie", "Real part of the refractive index of particle other."},
+    {"phase", "k", NPH_KEY_NUMBER, 0, 100, "", NULL, NULL, "mie", "Its imaginary part, which absorbs."},
+    {"phase", "wavelengths", NPH_KEY_SPECTRUM, 360, 830, "nm", NULL, NULL, "mie", "One, or several for their mean; left out: the scene's."},
+    {"phase", "sizes", NPH_KEY_WORD, 0, 0, "", NPH_SIZES_WORDS, REQUIRED, "mie",
+     "Number of particles by radius r: lognormal exp(-ln^2(r / radius) / (2 ln^2 spread)) / r; gamma r^(1/spread - 3) exp(-r / (spread radius)); "
+     "modified_gamma r^alpha exp(-alpha / gamma (r / radius)^gamma)."},
+    {"phase", "radius", NPH_KEY_NUMBER, NPH_SIZES_LEAST_UM, NPH_SIZES_MOST_UM, "um", NULL, REQUIRED, "mie",
+     "Of single the radius, of lognormal the median, of gamma the effective radius, of modified_gamma the most frequent one."},
+    {"phase", "spread", NPH_KEY_NUMBER, NPH_SIZES_LEAST_GAMMA, NPH_SIZES_MOST_LOGNORMAL, "", NULL, NULL, "mie",
+     "Of lognormal the geometric standard deviation, above 1; of gamma the effective variance, at most 0.49."},
+    {"phase", "alpha", NPH_KEY_NUMBER, 1e-6, 100, "", NULL, NULL, "mie", "Of modified_gamma."},
+    {"phase", "gamma", NPH_KEY_NUMBER, 0.1, 10, "", NULL, NULL, "mie", "Of modified_gamma."},
+    {"phase", "tolerance", NPH_KEY_NUMBER, 1e-4, 0.5, "", NULL, "0.01", "mie",
+     "Relative error of the table: root mean square over angles of the sum over sizes, and the most between its rows."},
 
     {"light", "type", NPH_KEY_WORD, 0, 0, "", LIGHTS, REQUIRED, NULL, "Kind of light."},
     {"light", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, "sun", "Towards the sun, of any length but 0."},

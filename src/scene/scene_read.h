@@ -9,6 +9,7 @@
 
 #include "core/message.h"
 #include "field/kelvin.h"
+#include "optics/mie_cloud.h"
 #include "scene/model.h"
 #include "scene/scene_keys.h"
 
@@ -44,6 +45,13 @@ typedef struct NphSceneEmission {
     double kelvin; /* of one temperature everywhere */
 } NphSceneEmission;
 
+/* Spheres whose phase function is computed. */
+typedef struct NphSceneMie {
+    int given;
+    NphScenePlace place;
+    NphMieRequest request;
+} NphSceneMie;
+
 typedef enum NphVolumeKind { NPH_VOLUME_NVDB, NPH_VOLUME_NPY, NPH_VOLUME_LES, NPH_VOLUME_VOL, NPH_VOLUME_PBRT, NPH_VOLUME_VDB } NphVolumeKind;
 
 typedef struct NphSceneReader {
@@ -62,6 +70,7 @@ typedef struct NphSceneReader {
     NphSceneFile volumes[NPH_MAX_MEDIA], phases[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
     NphSceneEmission emissions[NPH_MAX_MEDIA];
+    NphSceneMie mies[NPH_MAX_MEDIA];
     NphScenePlace period_place;
     NphScenePlace air_place, height_place;   /* of the air; line 0: no height is written */
     NphSceneFile air_profile;
@@ -145,6 +154,10 @@ int nph_scene_read_transform(NphSceneReader *reader, const yaml_node_t *list, in
 NphStatus nph_scene_read_emission(NphSceneReader *reader, const NphSceneValue *value, int index);
 NphStatus nph_scene_load_emission(NphSceneReader *reader, int index);
 NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
+
+/* scene_mie.c: a phase section of type mie; then its table, where the medium has one. */
+void nph_scene_read_mie(NphSceneReader *reader, const NphSceneSection *section, NphSceneMie *mie);
+NphStatus nph_scene_load_mie(NphSceneReader *reader, int index);
 
 /* scene_air.c: the section; then, with everything else there, the lights as they arrive. */
 NphStatus nph_scene_read_air(NphSceneReader *reader, const yaml_node_t *node);

@@ -43,22 +43,6 @@ START_TEST(ordinates_keep_harmonics_apart) {
 }
 END_TEST
 
-/* Draine's function of alpha 0 is Henyey and Greenstein's, whose moments are g^l; that of alpha 1 and g 0 is Rayleigh's. */
-START_TEST(moments_are_those_of_closed_forms) {
-    double chi[12], g = 1.0;
-    NphPhase phase = {.kind = NPH_PHASE_DRAINE, .g = {0.9, 0.0}, .alpha = 0.0};
-    nph_shdom_moments(&phase, 12, chi);
-    for (int l = 0; l < 12; l++, g *= 0.9) ck_assert_double_eq_tol(chi[l], g, 1e-9);
-    phase = (NphPhase){.kind = NPH_PHASE_DRAINE, .g = {0.0, 0.0}, .alpha = 1.0};
-    nph_shdom_moments(&phase, 4, chi);
-    ck_assert_double_eq_tol(chi[1], 0.0, 1e-9);
-    ck_assert_double_eq_tol(chi[2], 0.1, 1e-9);
-    phase = (NphPhase){.kind = NPH_PHASE_TWO_LOBE, .g = {0.8, -0.3}, .weight = 0.7};
-    nph_shdom_moments(&phase, 4, chi);
-    ck_assert_double_eq_tol(chi[3], 0.7 * 0.512 - 0.3 * 0.027, 1e-12);
-}
-END_TEST
-
 /* Reflected or transmitted flux over the incident one. */
 static double slab_flux(double g, double albedo, double depth, double mu0, int below, const char *const knobs[4]) {
     RenderCase render;
@@ -308,7 +292,6 @@ END_TEST
 
 static void fill(TCase *cases) {
     tcase_add_test(cases, ordinates_keep_harmonics_apart);
-    tcase_add_test(cases, moments_are_those_of_closed_forms);
     tcase_add_test(cases, slab_fluxes_are_those_of_the_table);
     tcase_add_test(cases, without_scattering_light_falls_off_by_beers_law);
     tcase_add_test(cases, a_white_cube_in_a_white_sky_is_not_seen);

@@ -6,7 +6,7 @@
 
 /* The last two are nephos-altered's, which a build need not have (-Dbugs=false). */
 static const char *const commands[] = {"render", "plan",   "info",  "compare",  "merge",
-                                       "bench",  "verify", "stage", "batch", "diagnose", "tolerance"};
+                                       "bench",  "verify", "stage", "batch", "phase", "diagnose", "tolerance"};
 enum { COMMANDS = sizeof commands / sizeof *commands, ALTERED = 2 };
 
 /* How many of them this build runs. */
@@ -98,6 +98,19 @@ START_TEST(every_mistake_on_the_command_line_is_named_and_exits_with_2) {
         {{"compare", "a.exr", "b.exr", "--map", "look.jpg"}, "ends in .png"},
         {{"merge", "-o", "a.exr"}, "too few files"},
         {{"bench"}, "too few files"},
+        {{"phase"}, "too few files"},
+        {{"phase", "mei"}, "'mei' is no kind of phase function"},
+        {{"phase", "mie"}, "needs --radius"},
+        {{"phase", "mie", "--radius", "1", "--sizes", "gama"}, "expected single, lognormal"},
+        {{"phase", "mie", "--radius", "1", "--sizes", "gamma"}, "needs --spread"},
+        {{"phase", "mie", "--radius", "1", "--particle", "wine"}, "expected water, ice, soot"},
+        {{"phase", "mie", "--radius", "1", "--wavelength", "5"}, "from 200 to 20000"},
+        {{"phase", "hg"}, "needs --g"},
+        {{"phase", "two_lobe", "--g", "0.5"}, "needs --g2"},
+        {{"phase", "draine", "--g", "0.5"}, "needs --alpha"},
+        {{"phase", "rayleigh", "-o", "a.jpg"}, "a chart in .svg or .png"},
+        {{"phase", "rayleigh", "--plot", "bar"}, "linear, log or polar"},
+        {{"phase", "rayleigh", "--rows", "1"}, "at least 2"},
     };
     char folder[] = "/tmp/nephos-cli-XXXXXX"; /* relative outputs land nowhere else */
     ck_assert_ptr_nonnull(mkdtemp(folder));

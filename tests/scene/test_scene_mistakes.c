@@ -239,8 +239,8 @@ static const Wrong wrong[] = {
 
     /* phase functions */
     {MEDIUM "    phase: hg\n", 6, 12, "phase is 'hg'; expected a mapping", 1},
-    {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic, hg, two_lobe, rayleigh, draine, tabulated)", 1},
-    {MEDIUM "    phase: {type: hgg, g: 0.5}\n", 6, 19, "type: 'hgg' is not known; allowed: isotropic, hg, two_lobe, rayleigh, draine, tabulated; "
+    {MEDIUM "    phase: {g: 0.5}\n", 6, 12, "a phase function lacks type (one of isotropic, hg, two_lobe, rayleigh, draine, tabulated, mie)", 1},
+    {MEDIUM "    phase: {type: hgg, g: 0.5}\n", 6, 19, "type: 'hgg' is not known; allowed: isotropic, hg, two_lobe, rayleigh, draine, tabulated, mie; "
      "did you mean 'hg'?", 1},
     {MEDIUM "    phase: {type: hg}\n", 6, 12, "a phase function lacks g", 1},
     {MEDIUM "    phase: {type: hg, g: 2}\n", 6, 26, "g is '2'; allowed: -0.99999 to 0.99999", 1},
@@ -254,6 +254,15 @@ static const Wrong wrong[] = {
     {MEDIUM "    phase: {type: tabulated}\n", 6, 12, "a phase function lacks file", 1},
     {MEDIUM "    phase: {type: tabulated, file: 3, g: 0.5}\n", 6, 39, "g does not go with type tabulated", 2},
     {MEDIUM "    phase: {type: draine, g: 0.8, alpha: 1, file: x}\n", 6, 45, "file does not go with type draine, only with tabulated", 1},
+    {MEDIUM "    phase: {type: mie, particle: water, sizes: single, radius: 1}\n", 6, 12, "lacks wavelengths, and so does the scene", 1},
+    {MEDIUM "    phase: {type: mie, particle: wine, sizes: single, radius: 1, wavelengths: [550]}\n", 6, 34, "allowed: water, ice, soot, other", 1},
+    {MEDIUM "    phase: {type: mie, particle: other, n: 1.5, sizes: single, radius: 1, wavelengths: [550]}\n", 6, 12, "a phase function of particle other lacks k", 1},
+    {MEDIUM "    phase: {type: mie, particle: ice, k: 1, sizes: single, radius: 1, wavelengths: [550]}\n", 6, 42, "k goes with particle other only", 1},
+    {MEDIUM "    phase: {type: mie, particle: ice, sizes: gamma, radius: 1, wavelengths: [550]}\n", 6, 12, "lacks spread", 1},
+    {MEDIUM "    phase: {type: mie, particle: ice, sizes: single, spread: 2, radius: 1, wavelengths: [550]}\n", 6, 62, "spread goes with sizes lognormal and gamma only", 1},
+    {MEDIUM "    phase: {type: mie, particle: ice, sizes: gamma, spread: 1.5, radius: 1, wavelengths: [550]}\n", 6, 74, "its effective variance, is 1e-4 to 0.49", 1},
+    {MEDIUM "    phase: {type: mie, particle: ice, sizes: modified_gamma, alpha: 2, radius: 1, wavelengths: [550]}\n", 6, 12, "a phase function of sizes modified_gamma lacks gamma", 1},
+    {MEDIUM "    phase: {type: mie, particle: ice, sizes: single, radius: 0, wavelengths: [550]}\n", 6, 62, "radius is '0'", 1},
 
     /* transforms */
     {MEDIUM "    transform: {scale: 2}\n", 6, 16, "transform is a mapping; expected a list", 1},

@@ -6,7 +6,7 @@
 #include "truth/shdom/shdom_angles.h"
 
 #include "core/fmath.h"
-#include "optics/phase_lookup.h"
+#include "optics/legendre.h"
 
 #define PI 3.14159265358979323846
 
@@ -93,36 +93,6 @@ static void add_legendre(double x, double weight, int count, double *sums) {
     }
 }
 
-/* Mean of P_l over the distribution of angles: by Gauss's rule in its cumulated probability, so peaks cost nothing. */
-static void sampled_moments(const NphPhase *phase, int count, double *chi) {
-    enum { PANELS = 4096, POINTS = 4 };
-    double point[POINTS], weight[POINTS];
-    RPhase drawn = r_phase(phase);
-    nph_shdom_gauss(POINTS, point, weight);
-    for (int i = 0; i < PANELS * POINTS; i++) {
-        int panel = i / POINTS;
-        double u = (panel + point[i % POINTS]) / PANELS;
-        add_legendre(r_phase_angle(&drawn, u, 0.0).cosine, weight[i % POINTS] / PANELS, count, chi);
-    }
-}
-
-void nph_shdom_moments(const NphPhase *phase, int count, double *chi) {
-    double g = phase->g[0], h = phase->g[1], w = phase->kind == NPH_PHASE_TWO_LOBE ? phase->weight : 1.0, a = 1.0, b = 1.0;
-    for (int l = 0; l < count; l++) chi[l] = l == 0 ? 1.0 : 0.0;
-    if (phase->kind == NPH_PHASE_RAYLEIGH && count > 2) chi[2] = 0.1;
-    if (phase->kind == NPH_PHASE_DRAINE || phase->kind == NPH_PHASE_TABULATED) {
-        chi[0] = 0.0;
-        sampled_moments(phase, count, chi);
-        chi[0] = 1.0;
-    }
-    if (phase->kind != NPH_PHASE_HG && phase->kind != NPH_PHASE_TWO_LOBE) return;
-    for (int l = 0; l < count; l++) {
-        chi[l] = w * a + (1.0 - w) * b;
-        a *= g;
-        b *= h;
-    }
-}
-
 double nph_shdom_cut_phase(const NphShdomAngles *angles, double cosine, int windowed) {
     const double *of = windowed ? angles->kept : angles->plain;
     double terms[NPH_SHDOM_BANDS_MAX] = {0.0}, sum = 0.0;
@@ -159,7 +129,7 @@ void nph_shdom_angles(const NphPhase *phase, const NphShdomCut *cut, NphShdomAng
         angles->cosine[half - 1 - i] = -point[i];
         angles->weight[half + i] = angles->weight[half - 1 - i] = weight[i];
     }
-    nph_shdom_moments(phase, cut->bands + 1, chi);
+    nph_phase_moments(phase, cut->bands + 1, chi);
     angles->cut = cut->delta_m ? cut_of(chi, cut->bands) : 0.0;
     double width = cut->width > 0.0 ? cut->width : (double)cut->bands;
     for (int l = 0; l < NPH_SHDOM_BANDS_MAX; l++) {

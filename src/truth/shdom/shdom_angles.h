@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * Directions of truth/shdom: ordinates with their weights, real spherical harmonics, moments of phase functions, the cut of their peak
+ * Directions of truth/shdom: ordinates with their weights, real spherical harmonics, the cut of their peak
  * (delta-M) and windows against ringing. All of it in double. */
 #ifndef NPH_TRUTH_SHDOM_ANGLES_H
 #define NPH_TRUTH_SHDOM_ANGLES_H
@@ -29,9 +29,6 @@ int nph_shdom_ordinate_of(const NphShdomAngles *angles, const double d[3]);
 
 /* Real orthonormal harmonics of degree < bands at a unit vector: y[l (l + 1) + m]. */
 void nph_shdom_harmonics(int bands, const double d[3], double *y);
-
-/* Legendre's moments of a phase function: the means of P_l of the cosine, l = 0 .. count - 1. */
-void nph_shdom_moments(const NphPhase *phase, int count, double *chi);
 
 /* The phase function times 4 pi as solved, at a cosine: sum of (2 l + 1) plain_l P_l; windowed: of kept_l. */
 double nph_shdom_cut_phase(const NphShdomAngles *angles, double cosine, int windowed);
