@@ -20,7 +20,7 @@ enum { NPH_SKY_MOST = 2 };
 
 typedef struct NphSkyConstituent {
     double extinction_per_m[3], albedo[3]; /* at height 0 */
-    double scale_height_m;                 /* flat */
+    double scale_height_m;                 /* 0: the density is that of the table's profile */
     const NphAirTable *table;              /* around a sphere: borrowed; the same radius for all */
     const NphPhase *phase;                 /* borrowed */
 } NphSkyConstituent;

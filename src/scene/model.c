@@ -25,6 +25,7 @@ static void free_scene_parts(NphContext *context, NphScene *scene) {
         nph_free(context, scene->surfaces[i].name);
         nph_mesh_free(context, &scene->surfaces[i].mesh);
     }
+    nph_phase_free(context, &scene->air.aerosol.phase);
     nph_bvh_free(context, &scene->bvh);
     nph_free(context, scene->name);
     nph_free(context, scene->source.text);

@@ -87,9 +87,21 @@ typedef struct NphSceneSource {
 
 typedef enum NphAirKind { NPH_AIR_NONE, NPH_AIR_EXPONENTIAL, NPH_AIR_TABLE } NphAirKind;
 
+/* Haze in the air: density exp(-h / scale_height_m). */
+typedef struct NphSceneAerosol {
+    int given;
+    double extinction_per_m[3], albedo[3]; /* at sea level */
+    double extinction_spectrum[NPH_MAX_WAVELENGTHS], albedo_spectrum[NPH_MAX_WAVELENGTHS];
+    double scale_height_m;
+    NphPhase phase;
+} NphSceneAerosol;
+
 /* What the lights have been attenuated with: their values are those behind it. */
 typedef struct NphSceneAir {
     NphAirKind kind;
+    int within;                 /* media of the scene instead */
+    int skies;                  /* lights that are what it scatters */
+    NphSceneAerosol aerosol;
     double extinction_per_m[3]; /* at sea level */
     double extinction_spectrum[NPH_MAX_WAVELENGTHS];
     double scale_height_m, ground_m, radius_m;

@@ -218,6 +218,9 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
         NphStatus status = load_phase(reader->context, file, &scene->media[i].phase);
         NPH_TRY(nph_scene_note(reader, file, "table of a phase function", status));
     }
+    if (reader->aerosol_phase.path)
+        NPH_TRY(nph_scene_note(reader, &reader->aerosol_phase, "table of a phase function",
+                               load_phase(reader->context, &reader->aerosol_phase, &scene->air.aerosol.phase)));
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;

@@ -113,7 +113,7 @@ static void read_coefficients(NphSceneReader *reader, const NphSceneSection *sec
     }
 }
 
-static NphStatus read_phase(NphSceneReader *reader, const NphSceneValue *value, NphPhase *phase, NphSceneFile *table) {
+NphStatus nph_scene_read_phase(NphSceneReader *reader, const NphSceneValue *value, NphPhase *phase, NphSceneFile *table) {
     NphSceneSection section;
     if (!value || !nph_section_read(reader, value->node, "phase", &section)) return NPH_OK;
     const NphSceneValue *type = nph_section_value(&section, "type"), *g = nph_section_value(&section, "g");
@@ -152,7 +152,7 @@ static NphStatus read_medium(NphSceneReader *reader, const yaml_node_t *node, in
     if (!whole) return NPH_OK;
     NPH_TRY(read_shape(reader, &section, medium, volume));
     read_coefficients(reader, &section, medium, volume);
-    NPH_TRY(read_phase(reader, nph_section_value(&section, "phase"), &medium->phase, &reader->phases[index]));
+    NPH_TRY(nph_scene_read_phase(reader, nph_section_value(&section, "phase"), &medium->phase, &reader->phases[index]));
     const NphSceneValue *emission = nph_section_value(&section, "emission");
     if (emission) NPH_TRY(nph_scene_read_emission(reader, emission, index));
     const NphSceneValue *transform = nph_section_value(&section, "transform");

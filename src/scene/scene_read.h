@@ -64,9 +64,10 @@ typedef struct NphSceneReader {
     NphSceneEmission emissions[NPH_MAX_MEDIA];
     NphScenePlace period_place;
     NphScenePlace air_place, height_place;   /* of the air; line 0: no height is written */
-    NphSceneFile air_profile;
+    NphSceneFile air_profile, aerosol_phase;
     NphScenePlace light_places[NPH_MAX_LIGHTS];
     int bare[NPH_MAX_LIGHTS]; /* lights that the air does not attenuate */
+    int sky_rows[NPH_MAX_LIGHTS]; /* of lights that are a sky: of its map; else 0 */
 } NphSceneReader;
 
 typedef struct NphSceneValue {
@@ -146,11 +147,12 @@ NphStatus nph_scene_read_emission(NphSceneReader *reader, const NphSceneValue *v
 NphStatus nph_scene_load_emission(NphSceneReader *reader, int index);
 NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
 
-/* scene_air.c: the section; then, with everything else there, the lights as they arrive. */
+/* scene_air.c: the section. scene_air_lights.c: with everything else there, the lights as they arrive, and skies. */
 NphStatus nph_scene_read_air(NphSceneReader *reader, const yaml_node_t *node);
 NphStatus nph_scene_attenuate_lights(NphSceneReader *reader);
 
-/* scene_media.c: a section of a density file. */
+/* scene_media.c: a section of a phase function, and one of a density file. */
+NphStatus nph_scene_read_phase(NphSceneReader *reader, const NphSceneValue *value, NphPhase *phase, NphSceneFile *table);
 NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume);
 
 /* scene_files.c: the path of a file named at a place, `number` in place of each run of #; a file that cannot be read is reported as
