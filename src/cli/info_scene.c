@@ -35,7 +35,7 @@ static void tell_air(Facts *facts, const NphSceneAir *air) {
 }
 
 static void tell_medium(Facts *facts, const NphMedium *medium) {
-    static const char *const shapes[] = {"grid", "box", "layer"};
+    static const char *const shapes[] = {"grid", "box", "layer", "air"};
     static const char *const phases[] = {"isotropic", "Henyey-Greenstein", "two-lobe Henyey-Greenstein", "Rayleigh",
                                          "Draine", "tabulated"};
     facts_item(facts, medium->name ? medium->name : "medium");

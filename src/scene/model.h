@@ -45,14 +45,17 @@ static inline int nph_sensor_gathers(NphSensorKind kind) { return kind == NPH_SE
 typedef enum NphShape {
     NPH_SHAPE_GRID,  /* density from a file: the grid's box in lattice space */
     NPH_SHAPE_BOX,   /* constant density 1 in the box [lo, hi] of the medium's space */
-    NPH_SHAPE_LAYER  /* constant density 1 for z in [lo[2], hi[2]], without end in x and y */
+    NPH_SHAPE_LAYER, /* constant density 1 for z in [lo[2], hi[2]], without end in x and y */
+    NPH_SHAPE_AIR    /* density exp(-z / scale_height_m) for z in [0, hi[2]], without end in x and y; unlike a layer it has no
+                        part in the scene's bounds */
 } NphShape;
 
 typedef struct NphMedium {
     char *name;
     NphShape shape;
     NphGrid grid;
-    double lo[3], hi[3];          /* of box and layer; +-HUGE_VAL where the layer has no end */
+    double lo[3], hi[3];          /* of box, layer and air; +-HUGE_VAL where there is no end */
+    double scale_height_m;        /* of air */
     double world_from_medium[12]; /* row-major 3x4; medium space is lattice space for a grid */
     double extinction_per_m[3];   /* per unit of density */
     double albedo[3];             /* in [0, 1] */

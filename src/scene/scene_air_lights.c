@@ -188,6 +188,7 @@ NphStatus nph_scene_attenuate_lights(NphSceneReader *reader) {
             nph_scene_mistake(reader, reader->light_places[l], "a sky is what air scatters, and the scene has no air");
     }
     if (air->kind == NPH_AIR_NONE) return NPH_OK;
+    if (air->within) return nph_scene_air_within(reader);
     if (reader->height_place.line == 0) {
         double origin[3];
         nph_scene_origin(scene, origin);

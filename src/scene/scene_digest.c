@@ -111,6 +111,7 @@ static void put_medium(Digest *digest, const NphMedium *medium) {
         put_doubles(digest, medium->lo, 3);
         put_doubles(digest, medium->hi, 3);
     }
+    if (medium->shape == NPH_SHAPE_AIR) put_doubles(digest, &medium->scale_height_m, 1);
     put_doubles(digest, medium->world_from_medium, 12);
     put_doubles(digest, medium->extinction_per_m, 3);
     put_doubles(digest, medium->albedo, 3);

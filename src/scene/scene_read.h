@@ -150,6 +150,8 @@ NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
 /* scene_air.c: the section. scene_air_lights.c: with everything else there, the lights as they arrive, and skies. */
 NphStatus nph_scene_read_air(NphSceneReader *reader, const yaml_node_t *node);
 NphStatus nph_scene_attenuate_lights(NphSceneReader *reader);
+/* scene_air_within.c: the media that the air is, where it is within the scene. */
+NphStatus nph_scene_air_within(NphSceneReader *reader);
 
 /* scene_media.c: a section of a phase function, and one of a density file. */
 NphStatus nph_scene_read_phase(NphSceneReader *reader, const NphSceneValue *value, NphPhase *phase, NphSceneFile *table);

@@ -8,6 +8,7 @@
  *                     [Woodcock65] [Coleman68]
  *   ratio tracking    transmittance = product over tentative collisions of 1 - sigma / M [Novak14]
  *   box, layer        closed form: t = -ln(1 - u) / sigma, exp(-sigma s)
+ *   air               closed form (air_lookup.h)
  *
  * Cells of the majorant grid are walked plane by plane [Amanatides87]; an empty cell knows how many empty cells
  * surround it, which are crossed at once. Lookups are clamped to the cell, whose bound holds on its faces too. */
@@ -16,8 +17,8 @@
 
 #include <assert.h>
 
+#include "transport/air_lookup.h"
 #include "transport/choice.h"
-#include "transport/local_scene.h"
 
 #define R_HUGE R(1e30)
 #define R_FAR R(1e36)
@@ -271,6 +272,7 @@ static inline Real r_density_at(const RMedium *medium, const Real p[3]) {
         inside &= (u[a] >= medium->lo[a]) & (u[a] <= medium->hi[a]);
     }
     if (!inside) return R(0.0);
+    if (medium->shape == NPH_SHAPE_AIR) return r_air_density(medium, u[2]);
     return medium->shape == NPH_SHAPE_GRID ? r_grid_value(&medium->grid, u[0], u[1], u[2]) : R(1.0);
 }
 
@@ -350,12 +352,30 @@ static inline int r_fly_grid(const RMedium *medium, const RSpan *span, int hero,
     return 0;
 }
 
+/* Of air: the column of the part of a ray before limit, and a flight of channel hero. */
+static inline Real r_air_passed(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
+    RSpan span = r_clip(medium, p, d, limit);
+    return span.inside ? r_air_column(medium, span.o[2] + span.near * span.d[2], span.d[2], span.far - span.near) : R(0.0);
+}
+
+static inline Real r_air_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero, REvents *events,
+                                NphTally *tally) {
+    Real depth, decision;
+    RSpan span = r_clip(medium, p, d, limit);
+    if (!span.inside) return R(-1.0);
+    r_next_event(events, &depth, &decision);
+    tally->tentative++;
+    Real t = span.near + r_air_reach(medium, span.o[2] + span.near * span.d[2], span.d[2], depth / medium->sigma[hero]);
+    return t < span.far ? t : R(-1.0);
+}
+
 /* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
 static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                  REvents *events, NphTally *tally) {
     Real depth = R(0.0), decision = R(0.0), t = R(-1.0);
     int grid = medium->shape == NPH_SHAPE_GRID;
     if (!(medium->sigma[hero] > R(0.0))) return R(-1.0);
+    if (medium->shape == NPH_SHAPE_AIR) return r_air_flight(medium, p, d, limit, hero, events, tally);
     RImage image = r_first_image(medium, p, d, limit);
     do {
         RSpan span = r_image_span(medium, p, d, &image);
@@ -394,6 +414,11 @@ static inline int r_factors_grid(const RMedium *medium, const RSpan *span, int h
 static inline void r_flight_factors(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                     REvents *events, Real factor[3]) {
     Real depth = R(0.0), decision = R(0.0);
+    if (medium->shape == NPH_SHAPE_AIR) {
+        Real column = r_air_passed(medium, p, d, limit);
+        for (int c = 0; c < 3; c++) factor[c] *= r_exp(-(medium->sigma[c] - medium->sigma[hero]) * column);
+        return;
+    }
     RImage image = r_first_image(medium, p, d, limit);
     do {
         RSpan span = r_image_span(medium, p, d, &image);
@@ -442,6 +467,12 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
     Real depth = R(0.0), decision = R(0.0);
     int met = 0;
     assert(scene->channels <= 3);
+    if (medium->shape == NPH_SHAPE_AIR) {
+        Real column = r_air_passed(medium, p, d, limit);
+        for (int c = 0; c < scene->channels; c++) T[c] *= r_exp(-medium->sigma[c] * column);
+        tally->tentative += column > R(0.0);
+        return;
+    }
     RImage image = r_first_image(medium, p, d, limit);
     do {
         RSpan span = r_image_span(medium, p, d, &image);

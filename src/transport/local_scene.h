@@ -66,6 +66,7 @@ typedef struct RMedium {
     RGrid grid;
     const float *majorant;
     int32_t majorant_n[3];
+    Real scale_height;          /* of air: density exp(-z / scale_height) for z in [0, hi[2]] of its space */
 } RMedium;
 
 typedef struct RLight {

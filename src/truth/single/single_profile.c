@@ -9,11 +9,14 @@ const double nph_gauss_weight[NPH_GAUSS] = {0.11846344252809454376, 0.2393143352
                                             0.23931433524968323402, 0.11846344252809454376};
 
 static double piece_density(const NphPiece *piece, double x) {
+    if (piece->air) return piece->c[0] * r_exp(-piece->c[1] * x);
     return piece->c[0] + x * (piece->c[1] + x * (piece->c[2] + x * piece->c[3]));
 }
 
 static double piece_depth(const NphPiece *piece, double x) {
     const double *c = piece->c;
+    double fall = piece->air ? c[1] * x : 0.0;
+    if (piece->air) return piece->depth + (piece->t1 - piece->t0) * x * c[0] * (nph_abs(fall) > 0.0 ? -r_expm1(-fall) / fall : 1.0);
     return piece->depth +
            (piece->t1 - piece->t0) * x * (c[0] + x * (0.5 * c[1] + x * ((1.0 / 3.0) * c[2] + x * 0.25 * c[3])));
 }
@@ -45,9 +48,9 @@ typedef struct Filling {
     NphWalked *walked;
 } Filling;
 
-static void add_piece(Filling *filling, double t0, double t1, const double c[4]) {
+static void add_piece(Filling *filling, double t0, double t1, const double c[4], int air) {
     NphPiece *piece = &filling->pieces[filling->count++];
-    *piece = (NphPiece){t0, t1, filling->depth, {c[0], c[1], c[2], c[3]}};
+    *piece = (NphPiece){t0, t1, filling->depth, {c[0], c[1], c[2], c[3]}, air};
     filling->depth = piece_depth(piece, 1.0);
     filling->full = filling->depth >= filling->opaque || filling->count == NPH_SINGLE_PIECES;
 }
@@ -65,15 +68,34 @@ static void add_voxels(const RMedium *medium, const NphLine *line, Filling *fill
             f[i] = f[i] > 0.0 ? f[i] : 0.0; /* rounding at a face where the density is 0 */
         }
         fit(f, c);
-        add_piece(filling, t, e, c);
+        add_piece(filling, t, e, c, 0);
     }
 }
 
 static void add_whole(const NphLine *line, Filling *filling) {
     static const double constant[4] = {1.0, 0.0, 0.0, 0.0};
     double most = filling->opaque - filling->depth, end = line->far - line->near < most ? line->far : line->near + most;
-    if (end > line->near) add_piece(filling, line->near, end, constant);
+    if (end > line->near) add_piece(filling, line->near, end, constant, 0);
     filling->full |= end < line->far;
+}
+
+/* Pieces whose ends are half a scale height apart, which five Gauss points integrate to 1e-12, up to where it is opaque. */
+static void add_air(const RMedium *medium, const NphLine *line, Filling *filling) {
+    double rise = line->d[2], t = line->near;
+    while (!filling->full && t < line->far) {
+        double height = line->o[2] + t * rise, length = line->far - t, c[4] = {r_air_density(medium, height), 0.0, 0.0, 0.0};
+        double most = r_air_reach(medium, height, rise, filling->opaque - filling->depth);
+        double half = nph_abs(rise) > 1e-300 ? 0.5 * medium->scale_height / nph_abs(rise) : 1e300;
+        length = half < length ? half : length;
+        int ends = most < length, last = length == line->far - t;
+        length = ends ? most : length;
+        double e = last && !ends ? line->far : t + length;
+        if (!(e > t)) return;
+        c[1] = (e - t) * rise / medium->scale_height;
+        add_piece(filling, t, e, c, 1);
+        filling->full |= ends;
+        t = e;
+    }
 }
 
 static void add_medium(const RMedium *medium, const double p[3], const double d[3], const double range[2],
@@ -85,6 +107,8 @@ static void add_medium(const RMedium *medium, const double p[3], const double d[
         if (!nph_line_clip(medium, image.q, d, image.from, image.to, &line)) continue;
         if (medium->shape == NPH_SHAPE_GRID)
             add_voxels(medium, &line, filling);
+        else if (medium->shape == NPH_SHAPE_AIR)
+            add_air(medium, &line, filling);
         else
             add_whole(&line, filling);
     } while (!filling->full && nph_image_next(medium, p, d, &image));

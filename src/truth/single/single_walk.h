@@ -215,6 +215,8 @@ typedef struct NphWalked {
 } NphWalked;
 
 static inline double nph_line_depth(const RMedium *medium, const NphLine *line, double enough, NphWalked *walked) {
+    if (medium->shape == NPH_SHAPE_AIR)
+        return r_air_column(medium, line->o[2] + line->near * line->d[2], line->d[2], line->far - line->near);
     if (medium->shape != NPH_SHAPE_GRID) return line->far - line->near;
     NphVoxelWalk walk = nph_walk_enter(medium, line);
     double depth = 0.0, t, e, corner[8];
