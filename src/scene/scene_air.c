@@ -69,6 +69,7 @@ NphStatus nph_scene_read_air(NphSceneReader *reader, const yaml_node_t *node) {
     if (ground) air->ground_m = ground->number[0];
     if (radius) air->radius_m = radius->number[0];
     if (where) air->within = where->word == 1;
+    if ((where = nph_section_value(&section, "ground_albedo"))) nph_scene_take_rgb(reader, where, air->ground_albedo, air->ground_albedo_spectrum);
     if (aerosol) NPH_TRY(read_aerosol(reader, aerosol, air));
     if (height && height->given) {
         air->height_m = height->number[0];

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
  * Air within the scene: molecules and aerosol as the last media, each of density exp(-h / H) from the ground up to where
- * e^-40 = 4e-18 of it is left. Lights stay as they are outside; the sky is what these media scatter. */
+ * e^-40 = 4e-18 of it is left. Lights stay as they are outside; the sky is what these media scatter. Around a sphere the ground
+ * is a surface too. */
 #include <math.h>
 #include <string.h>
 
@@ -32,6 +33,7 @@ static NphMedium *new_medium(NphSceneReader *reader, const char *name, NphStatus
 static void place(const NphSceneAir *air, double scale_height_m, NphMedium *medium) {
     medium->shape = NPH_SHAPE_AIR;
     medium->scale_height_m = scale_height_m;
+    medium->radius_m = air->kind == NPH_AIR_TABLE ? air->radius_m : 0.0;
     for (int a = 0; a < 2; a++) {
         medium->lo[a] = -HUGE_VAL;
         medium->hi[a] = HUGE_VAL;
@@ -62,8 +64,12 @@ static void haze(NphSceneAerosol *aerosol, const NphSceneAir *air, NphMedium *me
 
 static void refuse(NphSceneReader *reader) {
     const NphScene *scene = reader->scene;
-    if (scene->air.kind == NPH_AIR_TABLE)
-        nph_scene_mistake(reader, reader->air_place, "air of type table is not modelled within the scene; exponential is");
+    if (reader->air_profile.path)
+        nph_scene_mistake(reader, reader->air_profile.place, "a profile from a file is not modelled within the scene; scale_height is");
+    if (scene->air.kind == NPH_AIR_TABLE && (scene->period.on[0] || scene->period.on[1]))
+        nph_scene_mistake(reader, reader->air_place, "air around a sphere is nowhere the same: sides do not repeat in it");
+    if (scene->air.kind == NPH_AIR_TABLE && scene->surface_count == NPH_MAX_SURFACES)
+        nph_scene_mistake(reader, reader->air_place, "there is no room for the globe among %d surfaces", (int)NPH_MAX_SURFACES);
     if (reader->height_place.line > 0)
         nph_scene_mistake(reader, reader->height_place, "height is that of lights before the scene; with where: within there is none");
     for (int l = 0; l < scene->light_count; l++) {
@@ -74,6 +80,20 @@ static void refuse(NphSceneReader *reader) {
     }
 }
 
+/* The ground of a sphere is a surface: else one would see through it. */
+static NphStatus add_globe(NphSceneReader *reader) {
+    NphScene *scene = reader->scene;
+    NphSurface *globe = &scene->surfaces[scene->surface_count];
+    NPH_TRY(nph_strdup(reader->context, "globe", &globe->name));
+    scene->surface_count++;
+    globe->is_plane = 1;
+    globe->height_m = scene->air.ground_m;
+    globe->radius_m = scene->air.radius_m;
+    memcpy(globe->albedo, scene->air.ground_albedo, sizeof globe->albedo);
+    memcpy(globe->albedo_spectrum, scene->air.ground_albedo_spectrum, sizeof globe->albedo_spectrum);
+    return NPH_OK;
+}
+
 NphStatus nph_scene_air_within(NphSceneReader *reader) {
     NphSceneAir *air = &reader->scene->air;
     NphStatus status = NPH_OK;
@@ -82,6 +102,7 @@ NphStatus nph_scene_air_within(NphSceneReader *reader) {
     NphMedium *medium = new_medium(reader, "air", &status);
     if (!medium) return status;
     molecules(air, medium);
+    if (air->kind == NPH_AIR_TABLE) NPH_TRY(add_globe(reader));
     if (!air->aerosol.given) return NPH_OK;
     medium = new_medium(reader, "aerosol", &status);
     if (medium) haze(&air->aerosol, air, medium);

@@ -243,6 +243,8 @@ const NphSceneKey nph_scene_keys[] = {
     {"air", "where", NPH_KEY_WORD, 0, 0, "", "before|within", "before", NULL,
      "before: between the lights and the scene. within: as media of the scene, without end, which `path` and `single` know; lights "
      "are as they are outside."},
+    {"air", "ground_albedo", NPH_KEY_RGB, 0, 1, "", NULL, "0", "table",
+     "With `where: within`: of the globe, the surface under the air, whose highest point is (0, 0, `ground`)."},
     {"air", "aerosol", NPH_KEY_SECTION, 0, 0, "", "aerosol", NULL, NULL, "Haze; left out: none."},
 
     {"aerosol", "extinction", NPH_KEY_RGB, 0, 1, "1/m", NULL, NULL, NULL, "At sea level."},

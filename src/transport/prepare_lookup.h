@@ -54,6 +54,7 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
     r_medium_values(medium->extinction_per_m, medium->albedo, out);
     out->phase = r_phase(&medium->phase);
     out->scale_height = (Real)medium->scale_height_m;
+    out->radius = (Real)medium->radius_m;
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
     out->majorant = medium->grid.majorant.cells;
@@ -104,7 +105,11 @@ static inline void r_prepare_surfaces(const NphScene *scene, const double origin
     for (int s = 0; s < scene->surface_count; s++) {
         const NphSurface *surface = &scene->surfaces[s];
         for (int c = 0; c < 3; c++) out->albedo[s][c] = (Real)surface->albedo[c];
-        if (surface->is_plane) {
+        if (surface->radius_m > 0.0) {
+            out->globe_surface = s;
+            out->globe_radius = (Real)surface->radius_m;
+            for (int a = 0; a < 3; a++) out->globe_top[a] = (Real)((a == 2 ? surface->height_m : 0.0) - origin[a]);
+        } else if (surface->is_plane) {
             double point[3] = {origin[0], origin[1], surface->height_m}, up[3] = {0.0, 0.0, 1.0};
             out->height[out->plane_count] = surface->height_m - origin[2];
             out->planes[out->plane_count] = r_plane_through(point, up, origin);

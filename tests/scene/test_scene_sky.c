@@ -152,6 +152,16 @@ static const struct {
     {"air: {type: exponential, aerosol: {turbidity: 2, extinction: 1e-5}}\n", "test.yaml:3:", NPH_BAD_SCENE},
     {"air: {type: exponential, aerosol: {turbidity: 0.5}}\n", "test.yaml:3:", NPH_BAD_SCENE},
     {"air: {type: exponential, height: 0, aerosol: {turbidity: 2, phase: {type: tabulated, file: nothing.txt}}}\n", "nothing.txt", NPH_BAD_INPUT},
+    {"air: {type: exponential, where: within, height: 3}\n", "test.yaml:3:49: height is that of lights before the scene", NPH_BAD_SCENE},
+    {"air: {type: exponential, where: within}\nlights: [{type: sky, elevation: 9, azimuth: 0, irradiance: 1}]\n",
+     "test.yaml:4:10: a sky is what the air scatters, which with where: within", NPH_BAD_SCENE},
+    {"air: {type: exponential, where: within}\nlights: [{type: constant, radiance: 1, air: ignored}]\n",
+     "test.yaml:4:10: air: ignored does not go with where: within", NPH_BAD_SCENE},
+    {"air: {type: exponential, where: within}\nmedia: [{name: air, layer: [0, 1], extinction: 1}]\n",
+     "test.yaml:3:6: the name air is taken by medium number 0", NPH_BAD_SCENE},
+    {"air: {type: table, where: within, file: ../data/gpl/afglus.dat}\n", "test.yaml:3:41: a profile from a file is not modelled within", NPH_BAD_SCENE},
+    {"air: {type: table, where: within}\nperiodic: {x: [0, 1]}\nmedia: [{box: [[0, 0, 0], [1, 1, 1]], extinction: 1}]\n",
+     "test.yaml:3:6: air around a sphere is nowhere the same", NPH_BAD_SCENE},
 };
 
 START_TEST(mistakes_are_told_with_their_place) {

@@ -9,7 +9,7 @@
 #include "truth/single/single.h"
 #include "truth/single/single_walk.h"
 
-/* density = c0 + c1 x + c2 x^2 + c3 x^3 at x = (t - t0) / (t1 - t0), or c0 exp(-c1 x) in air; depth: its integral from the
+/* density = c0 + c1 x + c2 x^2 + c3 x^3 at x = (t - t0) / (t1 - t0), or c0 exp(-c1 x - c2 x^2) in air; depth: its integral from the
  * ray's start to t0. */
 typedef struct NphPiece {
     double t0, t1, depth, c[4];

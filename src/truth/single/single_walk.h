@@ -215,8 +215,6 @@ typedef struct NphWalked {
 } NphWalked;
 
 static inline double nph_line_depth(const RMedium *medium, const NphLine *line, double enough, NphWalked *walked) {
-    if (medium->shape == NPH_SHAPE_AIR)
-        return r_air_column(medium, line->o[2] + line->near * line->d[2], line->d[2], line->far - line->near);
     if (medium->shape != NPH_SHAPE_GRID) return line->far - line->near;
     NphVoxelWalk walk = nph_walk_enter(medium, line);
     double depth = 0.0, t, e, corner[8];
@@ -237,6 +235,7 @@ static inline double nph_single_depth(const RMedium *medium, const double p[3], 
     NphLine line;
     NphLineImage image;
     double depth = 0.0;
+    if (medium->shape == NPH_SHAPE_AIR) return r_air_passed(medium, p, d, limit);
     if (!nph_image_first(medium, p, d, 0.0, limit, &image)) return 0.0;
     do {
         if (nph_line_clip(medium, image.q, d, image.from, image.to, &line))
