@@ -5,6 +5,8 @@
  * The line is taken in pieces along which no constituent that still matters changes by more than a factor e^2 and the
  * optical depth by more than 1, each by Gauss and Legendre's rule of 8 points; a smooth integrand of that range is then known to
  * 1e-11. Heights above a sphere are counted without cancellation, as in air_table.c. */
+#include <assert.h>
+
 #include "core/fmath.h"
 #include "optics/sky.h"
 
@@ -73,9 +75,12 @@ static double table_column(const NphSky *sky, int i, double height_m, double ris
 }
 
 void nph_sky_columns_above(const NphSky *sky, double height_m, double sun_rise, double columns_m[NPH_SKY_MOST]) {
-    for (int i = 0; i < sky->count; i++)
-        columns_m[i] = sky->radius_m > 0.0 ? table_column(sky, i, height_m, sun_rise)
-                                           : nph_air_column_above(sky->of[i].scale_height_m, height_m, sun_rise);
+    for (int i = 0; i < NPH_SKY_MOST; i++) {
+        columns_m[i] = 0.0;
+        if (i < sky->count)
+            columns_m[i] = sky->radius_m > 0.0 ? table_column(sky, i, height_m, sun_rise)
+                                               : nph_air_column_above(sky->of[i].scale_height_m, height_m, sun_rise);
+    }
 }
 
 /* ---- along the line ---- */
@@ -181,6 +186,7 @@ static void add_point(const Walk *walk, double t, double weight, const double co
     double height = nph_sky_height(sky, walk->line, t), sun_rise = s[2], above[NPH_SKY_MOST];
     if (sky->radius_m > 0.0)
         sun_rise = ((sky->radius_m + walk->line->height_m) * s[2] + t * (d[0] * s[0] + d[1] * s[1] + d[2] * s[2])) / (sky->radius_m + height);
+    assert(sky->count <= NPH_SKY_MOST);
     nph_sky_columns_above(sky, height, sun_rise, above);
     if (!(above[0] < nph_infinity())) return;
     for (int c = 0; c < 3; c++) {

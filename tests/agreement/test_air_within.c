@@ -251,6 +251,16 @@ START_TEST(path_sees_the_same_high_sun_around_a_sphere_and_on_a_plane) {
 }
 END_TEST
 
+START_TEST(running_out_of_memory_is_told_and_leaves_nothing_behind) {
+    NphRenderOptions options = render_options(16, 32);
+    render_without_memory("nephos: 1\ncamera: {type: flux, resolution: [2, 2], position: [0, 0, 0.5], direction: [0, 0, 1], up: [0, 1, 0], extent: 0.1}\n"
+                          "air: {type: table, where: within, aerosol: {turbidity: 2, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}}\n"
+                          "lights: [{type: sun, elevation: 35, azimuth: 0, irradiance: 1}]\n", &options);
+    render_without_memory("nephos: 1\ncamera: {type: flux, resolution: [2, 2], position: [0, 0, 0.5], direction: [0, 0, 1], up: [0, 1, 0], extent: 0.1}\n"
+                          "air: {type: table, aerosol: {turbidity: 2}}\nlights: [{type: sky, elevation: 35, azimuth: 0, irradiance: 1, rows: 2}]\n", &options);
+}
+END_TEST
+
 START_TEST(methods_without_air_say_so) {
     static const char *const methods[] = {"light", "photonmap", "shdom", "temporal_photons", "principal_ordinates"};
     for (int i = 0; i < 5; i++) {
@@ -272,6 +282,7 @@ static void fill(TCase *cases) {
     tcase_add_loop_test(cases, path_at_low_albedo_is_single, 0, (int)(sizeof pairs / sizeof *pairs));
     tcase_add_loop_test(cases, white_light_around_air_that_absorbs_nothing_stays_white, 0, (int)(sizeof furnaces / sizeof *furnaces));
     tcase_add_test(cases, path_sees_the_same_high_sun_around_a_sphere_and_on_a_plane);
+    tcase_add_test(cases, running_out_of_memory_is_told_and_leaves_nothing_behind);
     tcase_add_test(cases, methods_without_air_say_so);
 }
 
