@@ -74,7 +74,7 @@ void nph_sequence_close(NphSequence *sequence);
 
 /* What a run would do. Text lines owned by the plan. */
 typedef struct NphPlanLine {
-    char kind[12];   /* "stage", "buffer", "left out", "warning", "memory" */
+    char kind[12];   /* "stage", "buffer", "left out", "modelled", "warning", "memory" */
     char *name;
     char *text;      /* why, or the shape */
     uint64_t bytes;  /* of a buffer or in all */

@@ -27,11 +27,15 @@ static void tell_air(Facts *facts, const NphSceneAir *air) {
     facts_text(facts, "type", air->kind == NPH_AIR_TABLE ? "table" : "exponential");
     facts_numbers(facts, "extinction_per_m", 3, air->extinction_per_m);
     facts_number(facts, "height_m", air->height_m);
+    if (air->aerosol.given) {
+        facts_numbers(facts, "aerosol_extinction_per_m", 3, air->aerosol.extinction_per_m);
+        facts_number(facts, "aerosol_scale_height_m", air->aerosol.scale_height_m);
+    }
     facts_end(facts);
 }
 
 static void tell_medium(Facts *facts, const NphMedium *medium) {
-    static const char *const shapes[] = {"grid", "box", "layer"};
+    static const char *const shapes[] = {"grid", "box", "layer", "air"};
     static const char *const phases[] = {"isotropic", "Henyey-Greenstein", "two-lobe Henyey-Greenstein", "Rayleigh",
                                          "Draine", "tabulated"};
     facts_item(facts, medium->name ? medium->name : "medium");

@@ -151,6 +151,16 @@ NphStatus nph_environment_build(NphContext *context, const NphImage *image, cons
     return status;
 }
 
+NphStatus nph_environment_of_texels(NphContext *context, int width, int height, const double *texels, NphEnvironment *map) {
+    NphEnvironment made = {0};
+    NphStatus status = new_map(context, width, height, &made);
+    for (int64_t i = 0; i < 3 * (int64_t)width * height && status == NPH_OK; i++) made.radiance[i] = (float)texels[i];
+    if (status == NPH_OK) status = finish(context, &made);
+    if (status == NPH_OK) *map = made;
+    else nph_environment_free(context, &made);
+    return status;
+}
+
 NphStatus nph_environment_uniform(NphContext *context, int height, const double radiance[3], NphEnvironment *map) {
     NphEnvironment made = {0};
     NphStatus status = new_map(context, 1, height, &made);

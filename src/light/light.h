@@ -6,6 +6,7 @@
 #define NPH_LIGHT_LIGHT_H
 
 #include "nephos/image.h"
+#include "optics/sky.h"
 #include "optics/wavelengths.h"
 
 typedef enum NphLightKind { NPH_LIGHT_SUN, NPH_LIGHT_CONSTANT, NPH_LIGHT_ENVIRONMENT, NPH_LIGHT_POINT } NphLightKind;
@@ -43,6 +44,12 @@ typedef struct NphLight {
  * in a warning; NaN and infinity are refused naming the pixel. An all-black map is valid (total = 0). */
 NphStatus nph_environment_build(NphContext *context, const NphImage *image, const double scale[3], const char *what,
                                 NphEnvironment *map);
+/* From radiances >= 0 [height][width][3]. */
+NphStatus nph_environment_of_texels(NphContext *context, int width, int height, const double *texels, NphEnvironment *map);
+
+/* sky_map.c: what the air scatters towards a height, without the sun itself; twice as many columns as rows. */
+NphStatus nph_environment_sky(NphContext *context, const NphSky *sky, double height_m, int height, NphEnvironment *map);
+
 /* The same radiance everywhere: a map of one column. Then each row times its factors [height][3], 0 to 1, and the tables
  * anew. */
 NphStatus nph_environment_uniform(NphContext *context, int height, const double radiance[3], NphEnvironment *map);

@@ -25,7 +25,7 @@ static void json_phase(NphJson *json, const NphPhase *phase) {
 }
 
 static void begin_medium(Facts *facts, int number) {
-    static const char *const shapes[] = {[NPH_SHAPE_GRID] = "grid", [NPH_SHAPE_BOX] = "box", [NPH_SHAPE_LAYER] = "layer"};
+    static const char *const shapes[] = {[NPH_SHAPE_GRID] = "grid", [NPH_SHAPE_BOX] = "box", [NPH_SHAPE_LAYER] = "layer", [NPH_SHAPE_AIR] = "air"};
     const NphMedium *medium = &facts->scene->media[number];
     nph_json_close(facts->json);
     if (facts->medium < 0) nph_json_array(facts->json, "media");

@@ -25,6 +25,7 @@ static void free_scene_parts(NphContext *context, NphScene *scene) {
         nph_free(context, scene->surfaces[i].name);
         nph_mesh_free(context, &scene->surfaces[i].mesh);
     }
+    nph_phase_free(context, &scene->air.aerosol.phase);
     nph_bvh_free(context, &scene->bvh);
     nph_free(context, scene->name);
     nph_free(context, scene->source.text);
@@ -64,10 +65,10 @@ void nph_medium_bounds(const NphMedium *medium, double lo[3], double hi[3]) {
     const double *low = medium->shape == NPH_SHAPE_GRID ? medium->grid.lo : medium->lo;
     const double *high = medium->shape == NPH_SHAPE_GRID ? medium->grid.hi : medium->hi;
     for (int axis = 0; axis < 3; axis++) {
-        lo[axis] = medium->shape == NPH_SHAPE_LAYER ? -HUGE_VAL : HUGE_VAL;
+        lo[axis] = medium->shape == NPH_SHAPE_LAYER || medium->shape == NPH_SHAPE_AIR ? -HUGE_VAL : HUGE_VAL;
         hi[axis] = -lo[axis];
     }
-    if (medium->shape == NPH_SHAPE_LAYER) {
+    if (medium->shape == NPH_SHAPE_LAYER || medium->shape == NPH_SHAPE_AIR) {
         lo[2] = HUGE_VAL;
         hi[2] = -HUGE_VAL;
         grow(lo, hi, 2, map[10] * low[2] + map[11]);
@@ -95,6 +96,7 @@ void nph_scene_bounds(const NphScene *scene, double lo[3], double hi[3]) {
     }
     for (int m = 0; m < scene->medium_count; m++) {
         double low[3], high[3];
+        if (scene->media[m].shape == NPH_SHAPE_AIR) continue;
         nph_medium_bounds(&scene->media[m], low, high);
         for (int axis = scene->media[m].shape == NPH_SHAPE_LAYER ? 2 : 0; axis < 3; axis++) {
             grow(lo, hi, axis, low[axis]);

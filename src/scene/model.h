@@ -45,14 +45,18 @@ static inline int nph_sensor_gathers(NphSensorKind kind) { return kind == NPH_SE
 typedef enum NphShape {
     NPH_SHAPE_GRID,  /* density from a file: the grid's box in lattice space */
     NPH_SHAPE_BOX,   /* constant density 1 in the box [lo, hi] of the medium's space */
-    NPH_SHAPE_LAYER  /* constant density 1 for z in [lo[2], hi[2]], without end in x and y */
+    NPH_SHAPE_LAYER, /* constant density 1 for z in [lo[2], hi[2]], without end in x and y */
+    NPH_SHAPE_AIR    /* density exp(-h / scale_height_m) at heights h in [0, hi[2]], without end; unlike a layer it has no part
+                        in the scene's bounds. h = z, or above the sphere of radius_m that touches z = 0 from below at the
+                        origin of its space, which lies upright in the world */
 } NphShape;
 
 typedef struct NphMedium {
     char *name;
     NphShape shape;
     NphGrid grid;
-    double lo[3], hi[3];          /* of box and layer; +-HUGE_VAL where the layer has no end */
+    double lo[3], hi[3];          /* of box, layer and air; +-HUGE_VAL where there is no end */
+    double scale_height_m, radius_m; /* of air; radius 0: flat */
     double world_from_medium[12]; /* row-major 3x4; medium space is lattice space for a grid */
     double extinction_per_m[3];   /* per unit of density */
     double albedo[3];             /* in [0, 1] */
@@ -65,8 +69,9 @@ typedef struct NphMedium {
 /* Opaque, Lambertian on both sides. */
 typedef struct NphSurface {
     char *name;
-    int is_plane;     /* z = height_m, without end; else a mesh */
+    int is_plane;     /* z = height_m, without end, or the globe; else a mesh */
     double height_m;
+    double radius_m;  /* > 0: the globe under air, a sphere whose highest point is (0, 0, height_m); seen from outside. One at most */
     NphMesh mesh;     /* world space */
     double albedo[3]; /* in [0, 1] */
     double albedo_spectrum[NPH_MAX_WAVELENGTHS];
@@ -87,12 +92,25 @@ typedef struct NphSceneSource {
 
 typedef enum NphAirKind { NPH_AIR_NONE, NPH_AIR_EXPONENTIAL, NPH_AIR_TABLE } NphAirKind;
 
+/* Haze in the air: density exp(-h / scale_height_m). */
+typedef struct NphSceneAerosol {
+    int given;
+    double extinction_per_m[3], albedo[3]; /* at sea level */
+    double extinction_spectrum[NPH_MAX_WAVELENGTHS], albedo_spectrum[NPH_MAX_WAVELENGTHS];
+    double scale_height_m;
+    NphPhase phase;
+} NphSceneAerosol;
+
 /* What the lights have been attenuated with: their values are those behind it. */
 typedef struct NphSceneAir {
     NphAirKind kind;
+    int within;                 /* media of the scene instead */
+    int skies;                  /* lights that are what it scatters */
+    NphSceneAerosol aerosol;
     double extinction_per_m[3]; /* at sea level */
     double extinction_spectrum[NPH_MAX_WAVELENGTHS];
     double scale_height_m, ground_m, radius_m;
+    double ground_albedo[3], ground_albedo_spectrum[NPH_MAX_WAVELENGTHS]; /* of the globe, where the air is within */
     double height_m; /* z at which the lights are attenuated */
 } NphSceneAir;
 

@@ -63,6 +63,7 @@ static void close_reader(NphSceneReader *reader) {
     for (int i = 0; i < NPH_MAX_LIGHTS; i++) nph_free(reader->context, reader->maps[i].path);
     for (int i = 0; i < NPH_MAX_SURFACES; i++) nph_free(reader->context, reader->meshes[i].path);
     nph_free(reader->context, reader->air_profile.path);
+    nph_free(reader->context, reader->aerosol_phase.path);
     nph_free(reader->context, reader);
 }
 

@@ -111,6 +111,10 @@ static void put_medium(Digest *digest, const NphMedium *medium) {
         put_doubles(digest, medium->lo, 3);
         put_doubles(digest, medium->hi, 3);
     }
+    if (medium->shape == NPH_SHAPE_AIR) {
+        put_doubles(digest, &medium->scale_height_m, 1);
+        put_doubles(digest, &medium->radius_m, 1);
+    }
     put_doubles(digest, medium->world_from_medium, 12);
     put_doubles(digest, medium->extinction_per_m, 3);
     put_doubles(digest, medium->albedo, 3);
@@ -148,6 +152,7 @@ static void put_surface(Digest *digest, const NphSurface *surface) {
     const NphMesh *mesh = &surface->mesh;
     put_int(digest, surface->is_plane);
     put_doubles(digest, surface->albedo, 3);
+    if (surface->radius_m > 0.0) put_doubles(digest, &surface->radius_m, 1);
     if (surface->is_plane) put_doubles(digest, &surface->height_m, 1);
     else put_int(digest, mesh->triangle_count);
     for (int64_t i = 0; i < 3 * (int64_t)mesh->triangle_count; i++)

@@ -214,11 +214,15 @@ NphStatus nph_scene_load_files(NphSceneReader *reader) {
     NPH_TRY(nph_scene_find_unmodelled(reader));
     for (int i = 0; i < scene->medium_count; i++) {
         const NphSceneFile *file = &reader->phases[i];
-        NPH_TRY(nph_scene_load_mie(reader, i));
+        NPH_TRY(nph_scene_load_mie(reader, &reader->mies[i], scene->media[i].name, &scene->media[i].phase));
         if (!file->path) continue;
         NphStatus status = load_phase(reader->context, file, &scene->media[i].phase);
         NPH_TRY(nph_scene_note(reader, file, "table of a phase function", status));
     }
+    NPH_TRY(nph_scene_load_mie(reader, &reader->aerosol_mie, "the aerosol", &scene->air.aerosol.phase));
+    if (reader->aerosol_phase.path)
+        NPH_TRY(nph_scene_note(reader, &reader->aerosol_phase, "table of a phase function",
+                               load_phase(reader->context, &reader->aerosol_phase, &scene->air.aerosol.phase)));
     for (int i = 0; i < scene->light_count; i++) {
         const NphSceneFile *file = &reader->maps[i];
         if (!file->path) continue;

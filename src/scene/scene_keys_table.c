@@ -15,7 +15,7 @@
 #define EMISSIONS "volume|blackbody"
 #define CAMERAS "perspective|orthographic|flux|fisheye|fluence|radiance"
 #define PHASES "isotropic|hg|two_lobe|rayleigh|draine|tabulated|mie" /* in the order of NphPhaseKind; mie becomes a table */
-#define LIGHTS "sun|constant|environment|point"
+#define LIGHTS "sun|constant|environment|point|sky"
 #define AIRS "exponential|table"
 
 const char nph_key_required[] = "required";
@@ -58,11 +58,16 @@ const NphSceneSectionInfo nph_scene_sections[] = {
      "share one phase function; of several wavelengths it is the mean, weighted by scattering."},
     {"light", "a light", "type", LIGHTS,
      "Directions point from the scene towards the light; azimuth counts from +x towards +y. In the middle of an "
-     "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y."},
+     "unrotated environment map one looks along +x, its top row is +z, and its right half lies towards -y. A `sky` is what the air "
+     "scatters once of the sun that it names, as a map; the sun itself is a light of its own. It needs `air`: see sky.md."},
     {"air", "the air", "type", AIRS,
      "What attenuates suns, constant lights and environments before their light reaches the scene; within it there is no air. "
      "It changes each by direction alone, as at one `height`, before anything is rendered: see air.md. exponential: a flat "
-     "atmosphere, which lets nothing through at the horizon. table: a spherical one, exponential or from a profile."},
+     "atmosphere, which lets nothing through at the horizon. table: a spherical one, exponential or from a profile. With "
+     "`where: within` the air is among the media instead, and scatters there: see sky.md."},
+    {"aerosol", "an aerosol", NULL, NULL,
+     "What else is in the air: haze, whose density falls exponentially with height. Its extinction at sea level is given, or by "
+     "`turbidity`, the vertical optical depth of air and haze over that of the air alone at 550 nm."},
     {"surface", "a surface", NULL, NULL,
      "What light does not pass: opaque, diffusely reflecting (Lambert) on both sides. A triangle mesh, or a level plane "
      "without end. Media on both sides of a surface do not see each other through it."},
@@ -85,7 +90,8 @@ const NphSceneRule nph_scene_rules[] = {
     {"medium", NULL, "density|box|layer"},
     {"medium", NULL, "extinction albedo?|scattering? absorption?"},
     {"transform", NULL, "scale|rotate|translate|matrix"},
-    {"light", "sun", "direction|elevation azimuth"},
+    {"light", "sun|sky", "direction|elevation azimuth"},
+    {"aerosol", NULL, "extinction|turbidity angstrom?"},
     {"surface", NULL, "mesh transform?|plane"},
 };
 const int nph_scene_rule_count = (int)(sizeof nph_scene_rules / sizeof nph_scene_rules[0]);
@@ -218,10 +224,11 @@ const NphSceneKey nph_scene_keys[] = {
      "Relative error of the table: root mean square over angles of the sum over sizes, and the most between its rows."},
 
     {"light", "type", NPH_KEY_WORD, 0, 0, "", LIGHTS, REQUIRED, NULL, "Kind of light."},
-    {"light", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, "sun", "Towards the sun, of any length but 0."},
-    {"light", "elevation", NPH_KEY_NUMBER, -90, 90, "degrees", NULL, NULL, "sun", "Height above the horizon."},
-    {"light", "azimuth", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, NULL, "sun", "From +x towards +y."},
-    {"light", "irradiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m2", NULL, REQUIRED, "sun", "On a plane that faces the sun."},
+    {"light", "direction", NPH_KEY_VECTOR, -FAR_M, FAR_M, "", NULL, NULL, "sun|sky", "Towards the sun, of any length but 0."},
+    {"light", "elevation", NPH_KEY_NUMBER, -90, 90, "degrees", NULL, NULL, "sun|sky", "Height above the horizon."},
+    {"light", "azimuth", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, NULL, "sun|sky", "From +x towards +y."},
+    {"light", "irradiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m2", NULL, REQUIRED, "sun|sky",
+     "On a plane that faces the sun; of a sun behind air, and of a sky, outside it."},
     {"light", "angular_diameter", NPH_KEY_NUMBER, 0, 180, "degrees", NULL, "0", "sun",
      "0: parallel light; else at least 0.001: a disc of uniform radiance that gives the same irradiance."},
     {"light", "radiance", NPH_KEY_RGB, 0, MOST_LIGHT, "W/m2/sr", NULL, REQUIRED, "constant", "From every direction."},
@@ -232,6 +239,7 @@ const NphSceneKey nph_scene_keys[] = {
     {"light", "rotation", NPH_KEY_NUMBER, -3600, 3600, "degrees", NULL, "0", "environment",
      "Turns the map about z, counterclockwise as seen from above."},
     {"light", "scale", NPH_KEY_RGB, 0, MOST_LIGHT, "", NULL, "1", "environment", "Factor of the map's radiance."},
+    {"light", "rows", NPH_KEY_WHOLE, 2, 4096, "", NULL, "256", "sky", "Of the map; it has twice as many columns."},
     {"light", "air", NPH_KEY_WORD, 0, 0, "", "attenuates|ignored", "attenuates", "sun|constant|environment",
      "ignored: the light is as it arrives, such as a sky photographed from the ground."},
     {"light", "position", NPH_KEY_VECTOR, -FAR_M, FAR_M, "m", NULL, REQUIRED, "point", "Where it stands."},
@@ -249,6 +257,22 @@ const NphSceneKey nph_scene_keys[] = {
     {"air", "file", NPH_KEY_FILE, 1, 4095, "", NULL, NULL, "table",
      "Profile of the atmosphere: text with a row per level, from the top down to height 0, of height in km, pressure, "
      "temperature and number of molecules; further columns are skipped, `#` starts a comment."},
+
+    {"air", "where", NPH_KEY_WORD, 0, 0, "", "before|within", "before", NULL,
+     "before: between the lights and the scene. within: as media of the scene, without end, which `path` and `single` know; lights "
+     "are as they are outside."},
+    {"air", "ground_albedo", NPH_KEY_RGB, 0, 1, "", NULL, "0", "table",
+     "With `where: within`: of the globe, the surface under the air, whose highest point is (0, 0, `ground`)."},
+    {"air", "aerosol", NPH_KEY_SECTION, 0, 0, "", "aerosol", NULL, NULL, "Haze; left out: none."},
+
+    {"aerosol", "extinction", NPH_KEY_RGB, 0, 1, "1/m", NULL, NULL, NULL, "At sea level."},
+    {"aerosol", "turbidity", NPH_KEY_NUMBER, 1, 100, "", NULL, NULL, NULL, "1: none; 2 to 3 a clear day; 10 haze."},
+    {"aerosol", "angstrom", NPH_KEY_NUMBER, 0, 4, "", NULL, "1.3", NULL,
+     "With turbidity: extinction falls with this power of the wavelength."},
+    {"aerosol", "albedo", NPH_KEY_RGB, 0, 1, "", NULL, "0.9", NULL, "Scattered share of the extinction."},
+    {"aerosol", "scale_height", NPH_KEY_NUMBER, 1, 1e5, "m", NULL, "1200", NULL, "Over which it becomes thinner by a factor e."},
+    {"aerosol", "phase", NPH_KEY_SECTION, 0, 0, "", "phase", NULL, NULL,
+     "How it scatters. Left out: hg with g = 0.76."},
 
     {"surface", "name", NPH_KEY_TEXT, 1, 63, "", NULL, NULL, NULL,
      "For messages and plans; left out: surface0, surface1, ..."},

@@ -11,6 +11,8 @@
 static const double PI = 3.14159265358979323846;
 static const double MOST_RADIANCE = 1e35, SMALLEST_SUN_DEGREES = 0.001;
 
+enum { SKY = NPH_LIGHT_POINT + 1 }; /* of the words: the kinds in their order, and this */
+
 static void copy3(double to[3], const NphSceneValue *value) {
     if (value) memcpy(to, value->number, 3 * sizeof to[0]);
 }
@@ -72,6 +74,18 @@ static NphStatus read_environment(NphSceneReader *reader, const NphSceneSection 
     return nph_scene_file_path(reader, file, "environment map", reader->frame, &map->path);
 }
 
+/* What the air makes of this sun; a map from then on (scene_air_lights.c). */
+static void read_sky(NphSceneReader *reader, const NphSceneSection *section, int index) {
+    NphLight *light = &reader->scene->lights[index];
+    const NphSceneValue *irradiance = nph_section_value(section, "irradiance"), *rows = nph_section_value(section, "rows");
+    light->kind = NPH_LIGHT_ENVIRONMENT;
+    read_sun_direction(reader, section, light);
+    copy3(light->irradiance, irradiance);
+    reader->sky_rows[index] = rows ? (int)rows->number[0] : 2;
+    if (reader->scene->wavelength_count > 0)
+        nph_scene_mistake(reader, section->place, "a sky is a map of R, G, B, which does not go with wavelengths");
+}
+
 static NphStatus read_light(NphSceneReader *reader, const yaml_node_t *node, int index) {
     NphSceneSection section;
     NphLight *light = &reader->scene->lights[index];
@@ -83,6 +97,10 @@ static NphStatus read_light(NphSceneReader *reader, const yaml_node_t *node, int
     if (!type) return NPH_OK;
     reader->light_places[index] = section.place;
     reader->bare[index] = (value = nph_section_value(&section, "air")) && value->word == 1;
+    if (type->word == SKY) {
+        read_sky(reader, &section, index);
+        return NPH_OK;
+    }
     light->kind = (NphLightKind)type->word;
     switch (light->kind) {
     case NPH_LIGHT_SUN: read_sun(reader, &section, light); break;

@@ -113,15 +113,13 @@ static void read_coefficients(NphSceneReader *reader, const NphSceneSection *sec
     }
 }
 
-static NphStatus read_phase(NphSceneReader *reader, const NphSceneValue *value, int index) {
+NphStatus nph_scene_read_phase(NphSceneReader *reader, const NphSceneValue *value, NphPhase *phase, NphSceneFile *table, NphSceneMie *mie) {
     NphSceneSection section;
-    NphPhase *phase = &reader->scene->media[index].phase;
-    NphSceneFile *table = &reader->phases[index];
     if (!value || !nph_section_read(reader, value->node, "phase", &section)) return NPH_OK;
     const NphSceneValue *type = nph_section_value(&section, "type"), *g = nph_section_value(&section, "g");
     const NphSceneValue *g2 = nph_section_value(&section, "g2"), *weight = nph_section_value(&section, "weight");
     const NphSceneValue *alpha = nph_section_value(&section, "alpha"), *file = nph_section_value(&section, "file");
-    if (type && type->word == NPH_PHASE_KINDS) nph_scene_read_mie(reader, &section, &reader->mies[index]); /* becomes a table */
+    if (type && type->word == NPH_PHASE_KINDS) nph_scene_read_mie(reader, &section, mie); /* becomes a table */
     else if (type) phase->kind = (NphPhaseKind)type->word;
     if (g) phase->g[0] = g->number[0];
     if (g2) phase->g[1] = g2->number[0];
@@ -155,7 +153,7 @@ static NphStatus read_medium(NphSceneReader *reader, const yaml_node_t *node, in
     if (!whole) return NPH_OK;
     NPH_TRY(read_shape(reader, &section, medium, volume));
     read_coefficients(reader, &section, medium, volume);
-    NPH_TRY(read_phase(reader, nph_section_value(&section, "phase"), index));
+    NPH_TRY(nph_scene_read_phase(reader, nph_section_value(&section, "phase"), &medium->phase, &reader->phases[index], &reader->mies[index]));
     const NphSceneValue *emission = nph_section_value(&section, "emission");
     if (emission) NPH_TRY(nph_scene_read_emission(reader, emission, index));
     const NphSceneValue *transform = nph_section_value(&section, "transform");

@@ -65,15 +65,13 @@ void nph_scene_read_mie(NphSceneReader *reader, const NphSceneSection *section, 
     mie->given = reader->mistakes == before;
 }
 
-NphStatus nph_scene_load_mie(NphSceneReader *reader, int index) {
-    const NphSceneMie *mie = &reader->mies[index];
-    const char *name = reader->scene->media[index].name;
+NphStatus nph_scene_load_mie(NphSceneReader *reader, const NphSceneMie *mie, const char *name, NphPhase *phase) {
     NphMieTable table = {0};
     if (!mie->given) return NPH_OK;
     NphStatus status = nph_mie_table(reader->context, &mie->request, name, &table);
-    if (status == NPH_OK) status = nph_phase_tabulate(reader->context, &table.rows, name, &reader->scene->media[index].phase);
+    if (status == NPH_OK) status = nph_phase_tabulate(reader->context, &table.rows, name, phase);
     nph_mie_table_free(reader->context, &table);
     if (status == NPH_OK || status == NPH_NO_MEMORY || status == NPH_INTERRUPTED) return status;
-    nph_scene_bad_input(reader, mie->place, "the phase function of medium %s cannot be computed", name);
+    nph_scene_bad_input(reader, mie->place, "the phase function of %s cannot be computed", name);
     return NPH_OK;
 }

@@ -70,12 +70,13 @@ typedef struct NphSceneReader {
     NphSceneFile volumes[NPH_MAX_MEDIA], phases[NPH_MAX_MEDIA], maps[NPH_MAX_LIGHTS], meshes[NPH_MAX_SURFACES];
     double world_from_mesh[NPH_MAX_SURFACES][12];
     NphSceneEmission emissions[NPH_MAX_MEDIA];
-    NphSceneMie mies[NPH_MAX_MEDIA];
+    NphSceneMie mies[NPH_MAX_MEDIA], aerosol_mie;
     NphScenePlace period_place;
     NphScenePlace air_place, height_place;   /* of the air; line 0: no height is written */
-    NphSceneFile air_profile;
+    NphSceneFile air_profile, aerosol_phase;
     NphScenePlace light_places[NPH_MAX_LIGHTS];
     int bare[NPH_MAX_LIGHTS]; /* lights that the air does not attenuate */
+    int sky_rows[NPH_MAX_LIGHTS]; /* of lights that are a sky: of its map; else 0 */
 } NphSceneReader;
 
 typedef struct NphSceneValue {
@@ -155,15 +156,18 @@ NphStatus nph_scene_read_emission(NphSceneReader *reader, const NphSceneValue *v
 NphStatus nph_scene_load_emission(NphSceneReader *reader, int index);
 NphStatus nph_scene_find_unmodelled(NphSceneReader *reader);
 
-/* scene_mie.c: a phase section of type mie; then its table, where the medium has one. */
+/* scene_mie.c: a phase section of type mie; then, where it was given, its table. name: of what it belongs to. */
 void nph_scene_read_mie(NphSceneReader *reader, const NphSceneSection *section, NphSceneMie *mie);
-NphStatus nph_scene_load_mie(NphSceneReader *reader, int index);
+NphStatus nph_scene_load_mie(NphSceneReader *reader, const NphSceneMie *mie, const char *name, NphPhase *phase);
 
-/* scene_air.c: the section; then, with everything else there, the lights as they arrive. */
+/* scene_air.c: the section. scene_air_lights.c: with everything else there, the lights as they arrive, and skies. */
 NphStatus nph_scene_read_air(NphSceneReader *reader, const yaml_node_t *node);
 NphStatus nph_scene_attenuate_lights(NphSceneReader *reader);
+/* scene_air_within.c: the media that the air is, where it is within the scene. */
+NphStatus nph_scene_air_within(NphSceneReader *reader);
 
-/* scene_media.c: a section of a density file. */
+/* scene_media.c: a section of a phase function, and one of a density file. */
+NphStatus nph_scene_read_phase(NphSceneReader *reader, const NphSceneValue *value, NphPhase *phase, NphSceneFile *table, NphSceneMie *mie);
 NphStatus nph_scene_read_density(NphSceneReader *reader, const NphSceneValue *value, NphSceneFile *volume);
 
 /* scene_files.c: the path of a file named at a place, `number` in place of each run of #; a file that cannot be read is reported as

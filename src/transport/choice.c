@@ -65,6 +65,7 @@ void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoi
         choice->used[m] = plan_full || !medium_is_empty(medium);
         if (!choice->used[m]) continue;
         if (!is_grey(medium->extinction_per_m) || !is_grey(medium->albedo)) choice->channels = 3;
+        if (medium->shape == NPH_SHAPE_AIR) choice->channels = 3; /* kernels for grey light know no air */
         if (!is_black(medium->albedo)) choice->scatters = 1;
     }
     for (int s = 0; s < scene->surface_count; s++) {
@@ -98,7 +99,11 @@ static NphStatus plan_omissions(NphContext *context, const NphScene *scene, cons
         if (!choice->used[m])
             NPH_TRY(nph_plan_add(context, plan, "left out", scene->media[m].name, 0, "medium: it has no extinction"));
     for (int m = 0; m < scene->medium_count; m++)
-        if (choice->used[m] && scene->media[m].shape != NPH_SHAPE_GRID)
+        if (choice->used[m] && scene->media[m].shape == NPH_SHAPE_AIR)
+            NPH_TRY(nph_plan_add(context, plan, "left out", "tracking", 0,
+                                 "in %s: its density is exponential, flights and transmittances are closed forms",
+                                 scene->media[m].name));
+        else if (choice->used[m] && scene->media[m].shape != NPH_SHAPE_GRID)
             NPH_TRY(nph_plan_add(context, plan, "left out", "tracking", 0,
                                  "in %s: it is homogeneous, flights and transmittances are closed forms",
                                  scene->media[m].name));
@@ -120,8 +125,32 @@ static NphStatus plan_omissions(NphContext *context, const NphScene *scene, cons
     return NPH_OK;
 }
 
+/* What of the air is in the picture. */
+static NphStatus plan_air(NphContext *context, const NphScene *scene, NphPlan *plan) {
+    const NphSceneAir *air = &scene->air;
+    const char *haze = air->aerosol.given ? " and aerosol" : "", *form = air->kind == NPH_AIR_TABLE ? "around a sphere" : "flat";
+    if (air->kind == NPH_AIR_NONE) return NPH_OK;
+    if (air->within)
+        return nph_plan_add(context, plan, "modelled", "air", 0, "molecules%s, %s, among the media: light is scattered by them as often as by "
+                            "others", haze, form);
+    NPH_TRY(nph_plan_add(context, plan, "modelled", "air", 0, "molecules%s, %s: lights as at %g m, behind it; none within the scene", haze,
+                         form, air->height_m));
+    for (int l = 0; l < air->skies; l++)
+        NPH_TRY(nph_plan_add(context, plan, "modelled", "sky", 0, "a map of what the air scatters once towards %g m; no light from the ground",
+                             air->height_m));
+    return NPH_OK;
+}
+
+NphStatus nph_transport_refuse_air(NphContext *context, const NphScene *scene, const char *method) {
+    for (int m = 0; m < scene->medium_count; m++)
+        if (scene->media[m].shape == NPH_SHAPE_AIR)
+            return nph_error(context, NPH_BAD_SCENE, "%s: air within the scene is not part of this method; path and single have it", method);
+    return NPH_OK;
+}
+
 NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, NphPlan *plan) {
     NPH_TRY(plan_omissions(context, scene, choice, plan));
+    NPH_TRY(plan_air(context, scene, plan));
     for (int m = 0; m < scene->medium_count; m++)
         if (scene->media[m].shape == NPH_SHAPE_GRID)
             NPH_TRY(nph_plan_add(context, plan, "memory", scene->media[m].name, nph_grid_bytes(&scene->media[m].grid),

@@ -20,6 +20,9 @@ typedef struct NphTransportChoice {
 } NphTransportChoice;
 void nph_transport_choose(const NphScene *scene, int plan_full, NphTransportChoice *choice);
 
+/* NPH_BAD_SCENE where air is among the media. */
+NphStatus nph_transport_refuse_air(NphContext *context, const NphScene *scene, const char *method);
+
 /* Lines of a plan about what the choice leaves out, and about the memory of media and lights. */
 NphStatus nph_transport_plan(NphContext *context, const NphScene *scene, const NphTransportChoice *choice, NphPlan *plan);
 

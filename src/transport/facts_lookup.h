@@ -44,6 +44,10 @@ static inline void r_medium_facts(const RScene *groups, int count, int m, NphFac
     r_medium_fact(fact, user, medium, "lo", 3, medium->lo);
     r_medium_fact(fact, user, medium, "hi", 3, medium->hi);
     r_group_facts(groups, count, m, fact, user);
+    if (medium->shape == NPH_SHAPE_AIR) {
+        r_medium_fact(fact, user, medium, "scale_height", 1, &medium->scale_height);
+        r_medium_fact(fact, user, medium, "radius", 1, &medium->radius);
+    }
     if (medium->shape != NPH_SHAPE_GRID) return;
     for (int a = 0; a < 3; a++) {
         samples[a] = (Real)medium->grid.n[a];

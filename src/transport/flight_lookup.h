@@ -8,6 +8,7 @@
  *                     [Woodcock65] [Coleman68]
  *   ratio tracking    transmittance = product over tentative collisions of 1 - sigma / M [Novak14]
  *   box, layer        closed form: t = -ln(1 - u) / sigma, exp(-sigma s)
+ *   air               closed form, or delta tracking around a sphere (air_lookup.h)
  *
  * Cells of the majorant grid are walked plane by plane [Amanatides87]; an empty cell knows how many empty cells
  * surround it, which are crossed at once. Lookups are clamped to the cell, whose bound holds on its faces too. */
@@ -16,8 +17,8 @@
 
 #include <assert.h>
 
+#include "transport/air_lookup.h"
 #include "transport/choice.h"
-#include "transport/local_scene.h"
 
 #define R_HUGE R(1e30)
 #define R_FAR R(1e36)
@@ -265,12 +266,18 @@ static inline Real r_walk_density(const RMedium *medium, const RSpan *span, cons
 static inline Real r_density_at(const RMedium *medium, const Real p[3]) {
     Real u[3];
     int inside = 1;
+    if (medium->shape == NPH_SHAPE_AIR && medium->radius > R(0.0)) {
+        static const Real up[3] = {R(0.0), R(0.0), R(1.0)};
+        RArc arc = r_air_arc(medium, p, up, R(1.0));
+        return arc.inside && arc.near <= R(0.0) && arc.e >= R(0.0) ? r_air_density(medium, r_air_height(medium, arc.e)) : R(0.0);
+    }
     for (int a = 0; a < 3; a++) {
         const Real *row = medium->from_local + 4 * a;
         u[a] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
         inside &= (u[a] >= medium->lo[a]) & (u[a] <= medium->hi[a]);
     }
     if (!inside) return R(0.0);
+    if (medium->shape == NPH_SHAPE_AIR) return r_air_density(medium, u[2]);
     return medium->shape == NPH_SHAPE_GRID ? r_grid_value(&medium->grid, u[0], u[1], u[2]) : R(1.0);
 }
 
@@ -350,12 +357,68 @@ static inline int r_fly_grid(const RMedium *medium, const RSpan *span, int hero,
     return 0;
 }
 
+/* Of air: the column of the part of a ray before limit. */
+static inline Real r_air_passed(const RMedium *medium, const Real p[3], const Real d[3], Real limit) {
+    if (medium->radius > R(0.0)) {
+        RArc arc = r_air_arc(medium, p, d, limit);
+        return arc.inside ? r_air_curved(medium, &arc, arc.near, arc.far) : R(0.0);
+    }
+    RSpan span = r_clip(medium, p, d, limit);
+    return span.inside ? r_air_column(medium, span.o[2] + span.near * span.d[2], span.d[2], span.far - span.near) : R(0.0);
+}
+
+/* Delta tracking around a sphere, from piece to piece and from one tentative collision to the next; the bound is a thousandth
+ * higher, for rounding. Bend: how far above its plane a way may come within a piece. */
+static inline Real r_air_flight_curved(const RMedium *medium, const RArc *arc, int hero, REvents *events, NphTally *tally) {
+    const Real margin = R(1.0009765625);
+    Real sigma = medium->sigma[hero] * margin, piece = r_sqrt(medium->scale_height * medium->radius), t = arc->near, depth, decision;
+    r_next_event(events, &depth, &decision);
+    while (t < arc->far) {
+        Real height = r_air_height(medium, r_air_e(arc, t)), rise = (arc->b + t) / (medium->radius + height);
+        Real most = arc->far - t < piece ? arc->far - t : piece, s = r_air_reach(medium, height, rise, depth / sigma);
+        if (!(s < most)) {
+            depth -= sigma * r_air_column(medium, height, rise, most);
+            depth = depth > R(0.0) ? depth : R(0.0);
+            t = most < piece ? arc->far : t + most;
+            continue;
+        }
+        t += s;
+        Real above = r_air_height(medium, r_air_e(arc, t)) - (height + rise * s), real = r_air_density(medium, above) / margin;
+        tally->tentative++;
+        tally->violations += real > R(1.0);
+        if (decision < real) return t;
+        if (r_exhausted(events)) {
+            tally->exhausted++;
+            return R(-1.0);
+        }
+        r_next_event(events, &depth, &decision);
+    }
+    return R(-1.0);
+}
+
+/* A flight of channel hero through air. */
+static inline Real r_air_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero, REvents *events,
+                                NphTally *tally) {
+    Real depth, decision;
+    if (medium->radius > R(0.0)) {
+        RArc arc = r_air_arc(medium, p, d, limit);
+        return arc.inside ? r_air_flight_curved(medium, &arc, hero, events, tally) : R(-1.0);
+    }
+    RSpan span = r_clip(medium, p, d, limit);
+    if (!span.inside) return R(-1.0);
+    r_next_event(events, &depth, &decision);
+    tally->tentative++;
+    Real t = span.near + r_air_reach(medium, span.o[2] + span.near * span.d[2], span.d[2], depth / medium->sigma[hero]);
+    return t < span.far ? t : R(-1.0);
+}
+
 /* Delta tracking of channel hero. Returns the distance of the first real collision before limit, or -1. */
 static inline Real r_free_flight(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                  REvents *events, NphTally *tally) {
     Real depth = R(0.0), decision = R(0.0), t = R(-1.0);
     int grid = medium->shape == NPH_SHAPE_GRID;
     if (!(medium->sigma[hero] > R(0.0))) return R(-1.0);
+    if (medium->shape == NPH_SHAPE_AIR) return r_air_flight(medium, p, d, limit, hero, events, tally);
     RImage image = r_first_image(medium, p, d, limit);
     do {
         RSpan span = r_image_span(medium, p, d, &image);
@@ -394,6 +457,11 @@ static inline int r_factors_grid(const RMedium *medium, const RSpan *span, int h
 static inline void r_flight_factors(const RMedium *medium, const Real p[3], const Real d[3], Real limit, int hero,
                                     REvents *events, Real factor[3]) {
     Real depth = R(0.0), decision = R(0.0);
+    if (medium->shape == NPH_SHAPE_AIR) {
+        Real column = r_air_passed(medium, p, d, limit);
+        for (int c = 0; c < 3; c++) factor[c] *= r_exp(-(medium->sigma[c] - medium->sigma[hero]) * column);
+        return;
+    }
     RImage image = r_first_image(medium, p, d, limit);
     do {
         RSpan span = r_image_span(medium, p, d, &image);
@@ -442,6 +510,12 @@ static inline void r_transmittance(const RMedium *medium, const Real p[3], const
     Real depth = R(0.0), decision = R(0.0);
     int met = 0;
     assert(scene->channels <= 3);
+    if (medium->shape == NPH_SHAPE_AIR) {
+        Real column = r_air_passed(medium, p, d, limit);
+        for (int c = 0; c < scene->channels; c++) T[c] *= r_exp(-medium->sigma[c] * column);
+        tally->tentative += column > R(0.0);
+        return;
+    }
     RImage image = r_first_image(medium, p, d, limit);
     do {
         RSpan span = r_image_span(medium, p, d, &image);

@@ -66,6 +66,8 @@ typedef struct RMedium {
     RGrid grid;
     const float *majorant;
     int32_t majorant_n[3];
+    Real scale_height;          /* of air: density exp(-h / scale_height) at heights h in [0, hi[2]]; of its space only the shift counts */
+    Real radius;                /* 0: h = z; else above a sphere that touches z = 0 from below at the origin of its space */
 } RMedium;
 
 typedef struct RLight {
@@ -88,6 +90,9 @@ typedef struct RSurfaces {
     RPlane planes[NPH_MAX_SURFACES];
     double height[NPH_MAX_SURFACES]; /* of the planes: scene-local z */
     Real albedo[NPH_MAX_SURFACES][3];
+    Real globe_radius;               /* 0: none; else a sphere, below its highest point globe_top, scene-local */
+    Real globe_top[3];
+    int globe_surface;
 } RSurfaces;
 
 /* A medium's own light: j_c = value[c], times a grid. field: where it is; of a grid `majorant` bounds the largest channel's

@@ -22,7 +22,7 @@ static inline void r_prepare_place(const double world_from[12], const double lo[
         const double *row = from_world + 4 * a;
         for (int b = 0; b < 3; b++) out->from_local[4 * a + b] = (Real)row[b];
         /* the space of a box or layer is counted from its middle: its edges may be large numbers */
-        int counted = out->shape != NPH_SHAPE_GRID && lo[a] > -R_NO_END && hi[a] < R_NO_END;
+        int counted = out->shape != NPH_SHAPE_GRID && out->shape != NPH_SHAPE_AIR && lo[a] > -R_NO_END && hi[a] < R_NO_END;
         double middle = counted ? 0.5 * lo[a] + 0.5 * hi[a] : 0.0;
         out->from_local[4 * a + 3] =
             (Real)(row[3] + row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2] - middle);
@@ -53,6 +53,8 @@ static inline void r_prepare_medium(const NphMedium *medium, const double origin
                     origin, out);
     r_medium_values(medium->extinction_per_m, medium->albedo, out);
     out->phase = r_phase(&medium->phase);
+    out->scale_height = (Real)medium->scale_height_m;
+    out->radius = (Real)medium->radius_m;
     if (medium->shape != NPH_SHAPE_GRID) return;
     nph_grid_view(&medium->grid, &out->grid);
     out->majorant = medium->grid.majorant.cells;
@@ -103,7 +105,11 @@ static inline void r_prepare_surfaces(const NphScene *scene, const double origin
     for (int s = 0; s < scene->surface_count; s++) {
         const NphSurface *surface = &scene->surfaces[s];
         for (int c = 0; c < 3; c++) out->albedo[s][c] = (Real)surface->albedo[c];
-        if (surface->is_plane) {
+        if (surface->radius_m > 0.0) {
+            out->globe_surface = s;
+            out->globe_radius = (Real)surface->radius_m;
+            for (int a = 0; a < 3; a++) out->globe_top[a] = (Real)((a == 2 ? surface->height_m : 0.0) - origin[a]);
+        } else if (surface->is_plane) {
             double point[3] = {origin[0], origin[1], surface->height_m}, up[3] = {0.0, 0.0, 1.0};
             out->height[out->plane_count] = surface->height_m - origin[2];
             out->planes[out->plane_count] = r_plane_through(point, up, origin);
@@ -148,7 +154,7 @@ static inline void r_occupied(const NphGrid *grid, double lo[3], double hi[3]) {
 /* Where flights have to look for a medium that repeats: the corners of its box (of a grid: of its occupied cells) in
  * scene-local space, a millionth wider, so that rounding does not cut into it. */
 static inline void r_prepare_reach(const NphMedium *medium, const RScene *scene, RMedium *out) {
-    if (!scene->period.on || medium->shape == NPH_SHAPE_LAYER) return;
+    if (!scene->period.on || medium->shape == NPH_SHAPE_LAYER || medium->shape == NPH_SHAPE_AIR) return;
     double lo[3] = {medium->lo[0], medium->lo[1], medium->lo[2]}, hi[3] = {medium->hi[0], medium->hi[1], medium->hi[2]};
     if (medium->shape == NPH_SHAPE_GRID) r_occupied(&medium->grid, lo, hi);
     out->period = scene->period;
@@ -199,18 +205,22 @@ static inline void r_prepare_emitter(const NphMedium *medium, const RScene *scen
     r_prepare_reach(&place, scene, &out->field);
 }
 
-/* The box that camera rays are moved to. A layer fills x and y without end; planes are looked at by themselves. */
+/* The box that camera rays are moved to. A layer fills x and y without end, air everything; planes are looked at by
+ * themselves. */
 static inline void r_prepare_bounds(const NphScene *scene, RScene *out) {
     double lo[3], hi[3], room = 0.0;
-    int layers = 0;
-    for (int m = 0; m < scene->medium_count; m++) layers |= scene->media[m].shape == NPH_SHAPE_LAYER;
+    int layers = 0, air = 0;
+    for (int m = 0; m < scene->medium_count; m++) {
+        layers |= scene->media[m].shape == NPH_SHAPE_LAYER;
+        air |= scene->media[m].shape == NPH_SHAPE_AIR;
+    }
     nph_scene_bounds(scene, lo, hi);
     /* faces may lie in the sides of that box: rays stop before it, by more than f32 loses there */
     for (int a = 0; a < 3 && scene->bvh.nodes; a++)
         room = hi[a] - lo[a] > room * 0x1p16 ? (hi[a] - lo[a]) * 0x1p-16 : room;
     for (int a = 0; a < 3; a++) {
         int repeats = a < 2 && scene->period.on[a];
-        int bounded = !repeats && lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END && (a == 2 || !layers);
+        int bounded = !repeats && !air && lo[a] <= hi[a] && lo[a] > -R_NO_END && hi[a] < R_NO_END && (a == 2 || !layers);
         out->bounds_lo[a] = bounded ? lo[a] - out->origin[a] - room : -2.0 * R_NO_END;
         out->bounds_hi[a] = bounded ? hi[a] - out->origin[a] + room : 2.0 * R_NO_END;
     }

@@ -13,7 +13,7 @@
 #ifndef NPH_TRANSPORT_SURFACES_LOOKUP_H
 #define NPH_TRANSPORT_SURFACES_LOOKUP_H
 
-#include "transport/local_scene.h"
+#include "transport/air_lookup.h"
 
 #define R_SIGHT R(1e15) /* m; its square is a float */
 
@@ -42,12 +42,36 @@ static inline void r_meet(const RSurfacePoint *point, const Real d[3], Real t, R
     met->limit = limit > R(0.0) ? limit : R(0.0);
 }
 
+/* The globe: how far it is along a ray; -1 where it is missed. */
+static inline Real r_globe_hit(const RSurfaces *surfaces, const Real p[3], const Real d[3]) {
+    Real x[3], e, b;
+    for (int a = 0; a < 3; a++) x[a] = p[a] - surfaces->globe_top[a];
+    r_sphere_at(surfaces->globe_radius, x, d, &e, &b);
+    return r_sphere_hit(e, b);
+}
+
+/* e of a point is wrong by at most 4 u (2 R |z| + |x|^2), its height by that over 2 R; the point's own rounding adds u |x|. */
+static inline RSurfacePoint r_globe_point(const RSurfaces *surfaces, const Real p[3], const Real d[3], Real t) {
+    RSurfacePoint point;
+    Real sum = R(0.0), x[3], length;
+    for (int a = 0; a < 3; a++) {
+        point.p[a] = p[a] + t * d[a];
+        x[a] = point.p[a] - surfaces->globe_top[a];
+        sum += r_abs(x[a]) + r_abs(point.p[a]) + r_abs(surfaces->globe_top[a]);
+    }
+    x[2] += surfaces->globe_radius;
+    length = r_sqrt(r_dot(x, x));
+    for (int a = 0; a < 3; a++) point.n[a] = x[a] / length;
+    point.clear = R_UNIT * R(32.0) * sum + R_UNIT * R(32.0);
+    return point;
+}
+
 /* 1 and what the ray from p along the unit direction d meets first within limit; of a mesh and a plane at the same t the
  * mesh. */
 static inline int r_closest_surface(const RScene *scene, const Real p[3], const Real d[3], Real limit, RMet *met) {
     const RSurfaces *surfaces = &scene->surfaces;
     Real nearest = limit < R_SIGHT ? limit : R_SIGHT, t;
-    int plane = -1;
+    int plane = -1, globe = 0;
     RHit hit = {R(0.0), {R(0.0), R(0.0)}, -1, -1};
     RSurfacePoint point;
     met->surface = -1;
@@ -60,7 +84,18 @@ static inline int r_closest_surface(const RScene *scene, const Real p[3], const 
         nearest = t;
         plane = i;
     }
-    if (plane < 0 && hit.number < 0) return 0;
+    if (surfaces->globe_radius > R(0.0)) {
+        t = r_globe_hit(surfaces, p, d);
+        globe = t >= R(0.0) && t < nearest;
+        nearest = globe ? t : nearest;
+    }
+    if (plane < 0 && hit.number < 0 && !globe) return 0;
+    if (globe) {
+        point = r_globe_point(surfaces, p, d, nearest);
+        met->surface = surfaces->globe_surface;
+        r_meet(&point, d, nearest, met);
+        return 1;
+    }
     if (plane >= 0) point = r_plane_point(&surfaces->planes[plane], p, d, nearest);
     else point = r_bvh_point(&surfaces->bvh, &hit);
     met->surface = plane >= 0 ? surfaces->plane_surface[plane] : r_surface_of(surfaces, hit.number);
@@ -74,6 +109,10 @@ static inline int r_blocked(const RScene *scene, const Real p[3], const Real d[3
     Real reach = limit < R_SIGHT ? limit : R_SIGHT, t;
     for (int i = 0; i < surfaces->plane_count; i++)
         if (r_plane_hit(&surfaces->planes[i], p, d, reach, &t)) return 1;
+    if (surfaces->globe_radius > R(0.0)) {
+        t = r_globe_hit(surfaces, p, d);
+        if (t >= R(0.0) && t < reach) return 1;
+    }
     if (!surfaces->bvh.nodes) return 0;
     RRay ray = r_ray(p, d);
     return r_bvh_any(&surfaces->bvh, &ray, reach);

@@ -308,7 +308,7 @@ static const Wrong wrong[] = {
      "lookup: 'linear' is not known; allowed: trilinear, nearest; did you mean 'trilinear'?", 2},
 
     /* lights */
-    {LIGHTS "{}\n", 4, 5, "a light lacks type (one of sun, constant, environment, point)", 1},
+    {LIGHTS "{}\n", 4, 5, "a light lacks type (one of sun, constant, environment, point, sky)", 1},
     {LIGHTS "{type: moon}\n", 4, 12, "type: 'moon' is not known; allowed: sun, constant, environment, point", 1},
     {LIGHTS "{type: 3}\n", 4, 12, "type: '3' is not known", 1},
     {LIGHTS "{type: [sun]}\n", 4, 12, "type is a list; expected a word", 1},

@@ -54,6 +54,13 @@ static const char *const scenes[] = {
            "  - {box: [[0.2, 0, 0], [1.5, 0.7, 1]], extinction: [2, 5, 0], albedo: 1, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}\n"
            "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1], angular_diameter: 5}\n"
            "  - {type: point, position: [0.5, 0.5, 1.5], intensity: [1, 2, 3]}\n",
+    /* air within the scene, flat over a plane and around a globe, with a cloud in it and a lamp */
+    CAMERA "media:\n  - {density: {file: ../data/cumulus/cumulus_300.zip.nvdb}, extinction: [20, 30, 9], albedo: 0.99, phase: {type: hg, g: 0.8}}\n"
+           "air: {type: exponential, where: within, extinction: [0.05, 0.1, 0.3], scale_height: 5, ground: -3, aerosol: {extinction: 0.2, scale_height: 1}}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: [3, 2, 1]}\n  - {type: point, position: [0.5, 0.5, 1.5], intensity: 1}\n"
+           "surfaces: [{plane: -3, albedo: [0.2, 0.3, 0.1]}]\n",
+    CAMERA "air: {type: table, where: within, ground: -1, ground_albedo: [0.5, 0.4, 0.3], aerosol: {turbidity: 30, phase: {type: tabulated, file: ../data/gpl/c1_phase.txt}}}\n"
+           "lights:\n  - {type: sun, direction: [1, 0.2, 1], irradiance: 3, angular_diameter: 0.53}\n  - {type: constant, radiance: 0.1}\n",
     /* wavelengths: two groups, the last one with a repeated channel; all kinds of light, a surface, a grid */
     CAMERA "wavelengths: [420, 480, 550, 600, 690]\n"
            "media:\n  - {box: [[0, 0, 0], [1, 1, 1]], extinction: [8, 6, 4, 3, 2], albedo: [1, 0.9, 0.8, 0.9, 1], phase: {type: hg, g: 0.8}}\n"

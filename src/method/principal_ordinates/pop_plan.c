@@ -10,6 +10,7 @@
 static NphStatus refuse(const NphJob *job, const NphTransportChoice *transport) {
     const NphScene *scene = job->scene;
     int used = 0;
+    NPH_TRY(nph_transport_refuse_air(job->context, scene, "principal_ordinates"));
     if (scene->period.on[0] || scene->period.on[1])
         return nph_error(job->context, NPH_BAD_SCENE, "principal_ordinates: sides that repeat are not part of this method; path has them");
     if (nph_sensor_gathers(scene->sensor.kind))

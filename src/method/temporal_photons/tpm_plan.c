@@ -30,6 +30,7 @@ static NphStatus refuse(const NphJob *job, const NphTpmChoice *choice) {
     const NphScene *scene = job->scene;
     NphContext *context = job->context;
     int used = 0;
+    NPH_TRY(nph_transport_refuse_air(context, scene, "temporal_photons"));
     if (scene->period.on[0] || scene->period.on[1])
         return nph_error(context, NPH_BAD_SCENE, "temporal_photons: sides that repeat are not part of this method; path has them");
     if (scene->surface_count > 0)

@@ -297,6 +297,7 @@ NphStatus nph_light_choose(const NphJob *job, const NphEmissionSources *sources,
     NphLightChoice made;
     memset(&made, 0, sizeof made);
     nph_transport_choose(job->scene, job->plan_full, &made.transport);
+    NPH_TRY(nph_transport_refuse_air(job->context, job->scene, "light"));
     NPH_TRY(place_aim(job, &made.transport, &made.aim));
     made.photons = photons > 0.0 ? (int64_t)photons : (int64_t)sensor->width * sensor->height;
     made.expected = !(job->knobs[NPH_LIGHT_KNOB_COUNT] > 0.0);

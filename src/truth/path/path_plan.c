@@ -48,6 +48,7 @@ static double density_at(const NphMedium *medium, const double p[3]) {
         if (u[a] < (grid ? medium->grid.lo : medium->lo)[a] || u[a] > (grid ? medium->grid.hi : medium->hi)[a]) return 0.0;
     }
     RGrid view;
+    if (medium->shape == NPH_SHAPE_AIR) return nph_exp(-(u[2] > 0.0 ? u[2] : 0.0) / medium->scale_height_m); /* how near a light counts */
     if (!grid) return 1.0;
     nph_grid_view(&medium->grid, &view);
     return (double)r_grid_value(&view, u[0], u[1], u[2]);

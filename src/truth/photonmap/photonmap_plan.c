@@ -10,6 +10,7 @@ NphStatus nph_photonmap_choose(const NphJob *job, NphPhotonmapChoice *choice) {
     NphPhotonmapChoice made = {.traced = 0};
     nph_transport_choose(scene, job->plan_full, &made.transport);
     int used = 0, multiple = 0;
+    NPH_TRY(nph_transport_refuse_air(job->context, scene, "photonmap"));
     if (scene->period.on[0] || scene->period.on[1])
         return nph_error(job->context, NPH_BAD_SCENE,
                          "photonmap: sides that repeat are not part of this method; path has them");

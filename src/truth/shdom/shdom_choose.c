@@ -15,6 +15,7 @@
 static NphStatus refuse(const NphJob *job, NphShdomChoice *choice) {
     const NphScene *scene = job->scene;
     NphContext *context = job->context;
+    NPH_TRY(nph_transport_refuse_air(context, scene, "shdom"));
     if (scene->surface_count > 0)
         return nph_error(context, NPH_BAD_SCENE, "shdom: surface %s: surfaces are not part of this method; path has them", scene->surfaces[0].name);
     for (int m = 0; m < scene->medium_count; m++) {

@@ -9,11 +9,21 @@ const double nph_gauss_weight[NPH_GAUSS] = {0.11846344252809454376, 0.2393143352
                                             0.23931433524968323402, 0.11846344252809454376};
 
 static double piece_density(const NphPiece *piece, double x) {
+    if (piece->air) return piece->c[0] * r_exp(-x * (piece->c[1] + x * piece->c[2]));
     return piece->c[0] + x * (piece->c[1] + x * (piece->c[2] + x * piece->c[3]));
+}
+
+/* Of air: closed where the exponent is linear; a curved one has Gauss points, 1e-13 in pieces of half a scale height. */
+static double air_depth(const NphPiece *piece, double x) {
+    double fall = piece->c[1] * x, sum = 0.0;
+    if (!(nph_abs(piece->c[2]) > 0.0)) return piece->c[0] * x * (nph_abs(fall) > 0.0 ? -r_expm1(-fall) / fall : 1.0);
+    for (int g = 0; g < NPH_GAUSS; g++) sum += nph_gauss_weight[g] * piece_density(piece, x * nph_gauss_point[g]);
+    return x * sum;
 }
 
 static double piece_depth(const NphPiece *piece, double x) {
     const double *c = piece->c;
+    if (piece->air) return piece->depth + (piece->t1 - piece->t0) * air_depth(piece, x);
     return piece->depth +
            (piece->t1 - piece->t0) * x * (c[0] + x * (0.5 * c[1] + x * ((1.0 / 3.0) * c[2] + x * 0.25 * c[3])));
 }
@@ -45,9 +55,9 @@ typedef struct Filling {
     NphWalked *walked;
 } Filling;
 
-static void add_piece(Filling *filling, double t0, double t1, const double c[4]) {
+static void add_piece(Filling *filling, double t0, double t1, const double c[4], int air) {
     NphPiece *piece = &filling->pieces[filling->count++];
-    *piece = (NphPiece){t0, t1, filling->depth, {c[0], c[1], c[2], c[3]}};
+    *piece = (NphPiece){t0, t1, filling->depth, {c[0], c[1], c[2], c[3]}, air};
     filling->depth = piece_depth(piece, 1.0);
     filling->full = filling->depth >= filling->opaque || filling->count == NPH_SINGLE_PIECES;
 }
@@ -65,26 +75,68 @@ static void add_voxels(const RMedium *medium, const NphLine *line, Filling *fill
             f[i] = f[i] > 0.0 ? f[i] : 0.0; /* rounding at a face where the density is 0 */
         }
         fit(f, c);
-        add_piece(filling, t, e, c);
+        add_piece(filling, t, e, c, 0);
     }
 }
 
 static void add_whole(const NphLine *line, Filling *filling) {
     static const double constant[4] = {1.0, 0.0, 0.0, 0.0};
     double most = filling->opaque - filling->depth, end = line->far - line->near < most ? line->far : line->near + most;
-    if (end > line->near) add_piece(filling, line->near, end, constant);
+    if (end > line->near) add_piece(filling, line->near, end, constant, 0);
     filling->full |= end < line->far;
+}
+
+/* Flat air: pieces whose ends are half a scale height apart, which five Gauss points integrate to 1e-12, up to where it is
+ * opaque. */
+static void add_air(const RMedium *medium, const NphLine *line, Filling *filling) {
+    double rise = line->d[2], t = line->near;
+    while (!filling->full && t < line->far) {
+        double height = line->o[2] + t * rise, left = line->far - t, c[4] = {r_air_density(medium, height), 0.0, 0.0, 0.0};
+        double most = r_air_reach(medium, height, rise, filling->opaque - filling->depth);
+        double half = nph_abs(rise) > 1e-300 ? 0.5 * medium->scale_height / nph_abs(rise) : 1e300;
+        double length = half < left ? half : left, e = t + length;
+        int ends = most < length;
+        if (ends) e = t + most;
+        else if (length == left) e = line->far;
+        if (!(e > t)) return;
+        c[1] = (e - t) * rise / medium->scale_height;
+        add_piece(filling, t, e, c, 1);
+        filling->full |= ends;
+        t = e;
+    }
+}
+
+/* Around a sphere: the height is taken through three points of a piece, which its cubic term changes by less than a micrometre. */
+static void add_curved_air(const RMedium *medium, const RArc *arc, double from, Filling *filling) {
+    double scale = medium->scale_height, bend = 0.5 * r_sqrt(scale * medium->radius), t = arc->near > from ? arc->near : from;
+    while (!filling->full && t < arc->far) {
+        double h[3], c[4] = {0.0, 0.0, 0.0, 0.0}, rise = nph_abs(arc->b + t) / medium->radius;
+        double length = rise * bend > 0.5 * scale ? 0.5 * scale / rise : bend, e = arc->far - t > length ? t + length : arc->far;
+        for (int k = 0; k < 3; k++) h[k] = r_air_height(medium, r_air_e(arc, t + 0.5 * k * (e - t)));
+        c[0] = r_air_density(medium, h[0]);
+        c[1] = (4.0 * (h[1] - h[0]) - (h[2] - h[0])) / scale;
+        c[2] = (2.0 * (h[2] - h[0]) - 4.0 * (h[1] - h[0])) / scale;
+        add_piece(filling, t, e, c, 1);
+        t = e;
+    }
 }
 
 static void add_medium(const RMedium *medium, const double p[3], const double d[3], const double range[2],
                        Filling *filling) {
     NphLine line;
     NphLineImage image;
+    if (medium->shape == NPH_SHAPE_AIR && medium->radius > 0.0) {
+        RArc arc = r_air_arc(medium, p, d, range[1]);
+        if (arc.inside) add_curved_air(medium, &arc, range[0], filling);
+        return;
+    }
     if (!nph_image_first(medium, p, d, range[0], range[1], &image)) return;
     do {
         if (!nph_line_clip(medium, image.q, d, image.from, image.to, &line)) continue;
         if (medium->shape == NPH_SHAPE_GRID)
             add_voxels(medium, &line, filling);
+        else if (medium->shape == NPH_SHAPE_AIR)
+            add_air(medium, &line, filling);
         else
             add_whole(&line, filling);
     } while (!filling->full && nph_image_next(medium, p, d, &image));

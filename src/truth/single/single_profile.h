@@ -9,9 +9,11 @@
 #include "truth/single/single.h"
 #include "truth/single/single_walk.h"
 
-/* density = c0 + c1 x + c2 x^2 + c3 x^3 at x = (t - t0) / (t1 - t0); depth: its integral from the ray's start to t0. */
+/* density = c0 + c1 x + c2 x^2 + c3 x^3 at x = (t - t0) / (t1 - t0), or c0 exp(-c1 x - c2 x^2) in air; depth: its integral from the
+ * ray's start to t0. */
 typedef struct NphPiece {
     double t0, t1, depth, c[4];
+    int air;
 } NphPiece;
 
 /* Fields: the media of the scene, and behind them what emits, which has no extinction. */

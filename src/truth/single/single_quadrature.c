@@ -7,6 +7,7 @@
 #include "truth/single/single_quadrature.h"
 
 #include "transport/vertex_lookup.h"
+#include "truth/single/single_shadow.h"
 #include "truth/single/single_walk.h"
 
 #define BLACK 750.0 /* e^-750 is 0 */
@@ -21,6 +22,8 @@ typedef struct Integral {
     double value[3], error[3];
     int count;
     int crowded; /* no room for a panel: part of the ray is missing */
+    int shadows; /* in air: of media with ends, where they fall on the ray */
+    double shadow[NPH_MAX_MEDIA][2];
 } Integral;
 
 void nph_single_transmittance(const RScene *scene, const double x[3], const double d[3], double limit,
@@ -264,6 +267,35 @@ static void begin_panels(Integral *q, double from, double to, double length) {
     if (lit) begin_lit(q, start, to, length);
 }
 
+/* The same, with panels that end where shadows in air do, and are as fine in a shadow as they are along a cloud alone. */
+static void begin_shadows(Integral *q, double from, double to, double length) {
+    while (q->shadows > 0 && from < to) {
+        double next = to, fine = length;
+        for (int i = 0; i < q->shadows; i++) {
+            const double *shadow = q->shadow[i];
+            int begun = !(shadow[0] > from), over = !(shadow[1] > from);
+            double end = begun ? shadow[1] : shadow[0], own = (shadow[1] - shadow[0]) / (double)q->scene->panels;
+            if (over) continue;
+            next = end < next ? end : next;
+            fine = begun && own < fine ? own : fine;
+        }
+        begin_panels(q, from, next, fine);
+        from = next;
+    }
+    if (from < to) begin_panels(q, from, to, length);
+}
+
+static void find_shadows(Integral *q) {
+    const RScene *local = &q->scene->local;
+    int air = 0;
+    for (int m = 0; m < local->medium_count; m++) air |= local->media[m].shape == NPH_SHAPE_AIR;
+    for (int m = 0; m < local->medium_count && air && !q->beam->point; m++) {
+        const RMedium *medium = &local->media[m];
+        int ends = medium->shape == NPH_SHAPE_GRID || medium->shape == NPH_SHAPE_BOX;
+        if (ends && !medium->period.on) q->shadows += nph_shadow_on_ray(medium, q->p, q->d, q->beam->d, q->shadow[q->shadows]);
+    }
+}
+
 /* What the panels to begin with look like. */
 typedef struct Cuts {
     double first, last; /* where there is a medium */
@@ -305,12 +337,12 @@ static void begin(Integral *q) {
         if (pieces == 0) from = t;
         pieces += !gap;
         if (pieces && (gap || pieces == cuts.pieces)) {
-            begin_panels(q, v_of(q, from), v_of(q, gap ? t : e), length);
+            begin_shadows(q, v_of(q, from), v_of(q, gap ? t : e), length);
             pieces = 0;
         }
         t = e;
     }
-    if (pieces) begin_panels(q, v_of(q, from), v_of(q, t), length);
+    if (pieces) begin_shadows(q, v_of(q, from), v_of(q, t), length);
 }
 
 static int is_converged(const Integral *q) {
@@ -380,6 +412,7 @@ void nph_single_integrate(const NphSingleScene *scene, NphSingleScratch *scratch
         q.off = r_sqrt(squared);
         q.off = q.off > 1e-9 * reach ? q.off : 1e-9 * reach; /* a ray through the light itself would be infinite */
     }
+    find_shadows(&q);
     begin(&q);
     if (q.count == 0) return;
     scratch->tally.integrals++;

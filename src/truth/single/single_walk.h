@@ -235,6 +235,7 @@ static inline double nph_single_depth(const RMedium *medium, const double p[3], 
     NphLine line;
     NphLineImage image;
     double depth = 0.0;
+    if (medium->shape == NPH_SHAPE_AIR) return r_air_passed(medium, p, d, limit);
     if (!nph_image_first(medium, p, d, 0.0, limit, &image)) return 0.0;
     do {
         if (nph_line_clip(medium, image.q, d, image.from, image.to, &line))
