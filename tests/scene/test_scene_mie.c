@@ -60,19 +60,33 @@ START_TEST(other_spheres_are_another_scene) {
 }
 END_TEST
 
+/* An aerosol takes them as a medium does. */
+START_TEST(an_aerosol_may_be_spheres) {
+    NphContext *context = nph_test_context(0);
+    NphScene *scene = parse(context, HEAD "air: {type: exponential, aerosol: {turbidity: 3, scale_height: 1000, phase: {type: mie, particle: water, sizes: single, radius: 0.3, "
+                                          "wavelengths: [550]}}}\nlights: [{type: constant, radiance: 1}]\n");
+    const NphPhase *phase = &scene->air.aerosol.phase;
+    ck_assert_int_eq(phase->kind, NPH_PHASE_TABULATED);
+    ck_assert(nph_phase_mean_cosine(phase) > 0.5);
+    nph_scene_free(context, scene);
+    nph_test_context_close(context);
+}
+END_TEST
+
 START_TEST(spheres_too_large_are_named_with_their_place) {
     static const char text[] = HEAD MEDIUM("particle: water, sizes: single, radius: 1e5, wavelengths: [550]");
     NphContext *context = nph_test_context(0);
     NphScene *scene = NULL;
     ck_assert_int_eq(nph_scene_parse(context, text, strlen(text), "s", ".", &scene), NPH_BAD_INPUT);
     const char *said = nph_test_messages();
-    ck_assert_msg(strstr(said, "medium0: size parameters") && strstr(said, "s:3:61: the phase function of medium medium0 cannot be computed"), "%s", said);
+    ck_assert_msg(strstr(said, "medium0: size parameters") && strstr(said, "s:3:61: the phase function of medium0 cannot be computed"), "%s", said);
     nph_test_context_close(context);
 }
 END_TEST
 
 static void fill(TCase *tcase) {
     tcase_set_timeout(tcase, 60);
+    tcase_add_test(tcase, an_aerosol_may_be_spheres);
     tcase_add_test(tcase, spheres_have_the_table_of_their_request);
     tcase_add_test(tcase, other_spheres_are_another_scene);
     tcase_add_test(tcase, spheres_too_large_are_named_with_their_place);
