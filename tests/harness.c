@@ -91,6 +91,15 @@ const char *nph_test_temporary(const char *name) {
     return buffer;
 }
 
+const char *nph_test_write(const char *name, const char *text) {
+    const char *path = nph_test_temporary(name);
+    FILE *file = fopen(path, "w");
+    ck_assert_ptr_nonnull(file);
+    fputs(text, file);
+    ck_assert_int_eq(fclose(file), 0);
+    return path;
+}
+
 void nph_test_skip(const char *why) {
     const char *logs = getenv("NEPHOS_TEST_LOGS");
     printf("SKIPPED: %s\n", why);

@@ -32,6 +32,8 @@ const char *nph_test_path(const char *relative);
 
 /* A path in a fresh temporary folder of this process, removed at exit. */
 const char *nph_test_temporary(const char *name);
+/* The path of a temporary file that holds the text. */
+const char *nph_test_write(const char *name, const char *text);
 
 /* 1 when long statistics are wanted; else names what is skipped and returns 0, and the case returns. NEPHOS_TEST_QUICK is set under
  * sanitizers, which look for other things; NEPHOS_TEST_NO_STATISTICS, which says why, where another run has them. */

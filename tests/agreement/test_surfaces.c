@@ -17,22 +17,13 @@
     "], direction: [0, 0, -1], up: [0, 1, 0], extent: 4}\n"
 #define WHITE "lights:\n  - {type: constant, radiance: 1}\n"
 
-static const char *write_obj(const char *name, const char *text) {
-    const char *path = nph_test_temporary(name);
-    FILE *file = fopen(path, "w");
-    ck_assert_ptr_nonnull(file);
-    fputs(text, file);
-    ck_assert_int_eq(fclose(file), 0);
-    return path;
-}
-
 static const char *write_square(void) {
-    return write_obj("square.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
+    return nph_test_write("square.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
 }
 
 /* [-1, 1]^3. */
 static const char *write_cube(void) {
-    return write_obj("cube.obj", "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
+    return nph_test_write("cube.obj", "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
                                  "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
 }
 

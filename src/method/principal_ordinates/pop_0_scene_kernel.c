@@ -42,12 +42,13 @@ static void prepare_space(const NphMedium *medium, RPopScene *out) {
 
 /* How far from the middle of the medium's box its corners lie, and those of what all meshes lie in. */
 static void prepare_reach(RPopScene *out) {
-    const double *lo = out->local.bounds_lo, *hi = out->local.bounds_hi;
+    const NphBvhNode *meshes = out->local.surfaces.bvh.nodes;
     double radius = 0.0, around = 0.0;
     for (int k = 0; k < 8; k++) {
         double near = 0.0, far = 0.0;
         for (int a = 0; a < 3; a++) {
-            double corner = out->corner[k][a] - out->middle[a], bound = (k >> a & 1 ? hi[a] : lo[a]) - out->middle[a];
+            double corner = out->corner[k][a] - out->middle[a];
+            double bound = meshes ? (double)(k >> a & 1 ? meshes->hi[a] : meshes->lo[a]) - out->middle[a] : corner;
             near += corner * corner;
             far += bound * bound;
         }
@@ -55,7 +56,7 @@ static void prepare_reach(RPopScene *out) {
         around = far > around ? far : around;
     }
     out->radius = nph_sqrt(radius);
-    out->around = nph_sqrt(around < 1e30 ? around : 1e30);
+    out->around = nph_sqrt(around > radius ? around : radius);
 }
 
 static void prepare_box(const RPopScene *scene, const int32_t n[3], RPopBox *out) {

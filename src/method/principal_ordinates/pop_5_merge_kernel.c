@@ -145,19 +145,25 @@ static void begin_rows(const RPopScene *scene, const RPopBox *box, int32_t y, in
     find_places(scene, box, (int32_t[]){y, z}, at);
 }
 
+/* The sum over grids in planes of a box, [channel][z][y][x]; whole: of all planes. */
+static void sum_planes(const RPopScene *scene, const NphPopArrays *arrays, const RPopBox *box, const int grids[2], const Sum *whole, const int planes[2]) {
+    Places at;
+    for (int32_t z = planes[0]; z < planes[1]; z++)
+        for (int32_t y = 0; y < box->n[1]; y += at.rows) {
+            Sum sum = *whole;
+            sum.out += ((int64_t)z * box->n[1] + y) * box->n[0];
+            begin_rows(scene, box, y, z, &at);
+            for (int c = 0; c < scene->choice.transport.film_channels; c++)
+                for (int i = 0; i < at.count; i++) sum.out[c * sum.between + i] = R(0.0);
+            add_grids(scene, arrays, grids, &sum, &at);
+        }
+}
+
 void NPH_KERNEL(nph_pop_join)(const void *memory, const NphPopArrays *arrays, int first, int end) {
     const RPopScene *scene = memory;
     const RPopBox *box = &scene->joined;
-    int64_t cells = nph_pop_cells(box->n);
-    Places at;
-    for (int32_t z = first; z < end; z++)
-        for (int32_t y = 0; y < box->n[1]; y += at.rows) {
-            Sum sum = {.values = arrays->light, .out = (Real *)arrays->residuum[0] + ((int64_t)z * box->n[1] + y) * box->n[0], .apart = 1, .joins = 1, .between = cells};
-            begin_rows(scene, box, y, z, &at);
-            for (int c = 0; c < scene->choice.transport.film_channels; c++)
-                for (int i = 0; i < at.count; i++) sum.out[c * cells + i] = R(0.0);
-            add_grids(scene, arrays, (int[]){0, nph_pop_grids(&scene->choice)}, &sum, &at);
-        }
+    Sum sum = {.values = arrays->light, .out = arrays->residuum[0], .apart = 1, .joins = 1, .between = nph_pop_cells(box->n)};
+    sum_planes(scene, arrays, box, (int[]){0, nph_pop_grids(&scene->choice)}, &sum, (int[]){first, end});
 }
 
 /* The volume of a cell of the joined grid. */
@@ -289,16 +295,8 @@ static void add_guides(const RPopScene *scene, const NphPopArrays *arrays, const
 void NPH_KERNEL(nph_pop_gather)(const void *memory, const NphPopArrays *arrays, int first, int end) {
     const RPopScene *scene = memory;
     const RPopBox *box = &scene->gathered;
-    int64_t cells = nph_pop_cells(box->n);
-    Places at;
-    for (int32_t z = first; z < end; z++)
-        for (int32_t y = 0; y < box->n[1]; y += at.rows) {
-            Sum sum = {.values = arrays->seen, .out = (Real *)arrays->gathered + ((int64_t)z * box->n[1] + y) * box->n[0], .apart = 1, .between = cells};
-            begin_rows(scene, box, y, z, &at);
-            for (int c = 0; c < scene->choice.transport.film_channels; c++)
-                for (int i = 0; i < at.count; i++) sum.out[c * cells + i] = R(0.0);
-            add_grids(scene, arrays, (int[]){nph_pop_lamps(&scene->choice), nph_pop_grids(&scene->choice)}, &sum, &at);
-        }
+    Sum sum = {.values = arrays->seen, .out = arrays->gathered, .apart = 1, .between = nph_pop_cells(box->n)};
+    sum_planes(scene, arrays, box, (int[]){nph_pop_lamps(&scene->choice), nph_pop_grids(&scene->choice)}, &sum, (int[]){first, end});
 }
 
 void NPH_KERNEL(nph_pop_merge)(const void *memory, const NphPopArrays *arrays, int first, int end) {
